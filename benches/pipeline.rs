@@ -39,13 +39,7 @@ fn sheet(columns: u32, rows: u32) -> MeshData {
 
 /// A camera that sees the sheet fill the picture.
 fn facing() -> Camera {
-    Camera {
-        eye: [0.0, 0.0, 4.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 2.0 },
-        near: 0.01,
-    }
+    Camera::new([0.0, 0.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0], Projection::Orthographic { height: 2.0 }, 0.01)
 }
 
 /// One frame's visibility buffer of a mesh, as the renderer makes it, in one thread.
@@ -218,9 +212,7 @@ fn frame(c: &mut Criterion) {
     };
     let mesh = scene.add_mesh(Mesh::new(data).expect("the ball is valid")).expect("one mesh");
     let material = scene.add_material(material).expect("factors in range");
-    scene
-        .add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })
-        .expect("mesh and material exist");
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).expect("mesh and material exist");
     let camera = Framing::default().camera(&scene);
     let mut renderer = Renderer::new(0);
     group.throughput(Throughput::Elements(512 * 512));

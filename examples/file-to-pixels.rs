@@ -14,7 +14,7 @@ fn picture(path: &str, width: u32, height: u32) -> Result<DisplayImage, Box<dyn 
     let loaded = overcoat::load::model(path)?;
     loaded.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     let aspect = width as f32 / height as f32;
-    let camera = Framing { aspect, ..Framing::automatic(&loaded.scene) }.camera(&loaded.scene);
+    let camera = Framing::automatic(&loaded.scene).with_aspect(aspect).camera(&loaded.scene);
     let options = RenderOptions::new(width, height);
     let mut renderer = Renderer::builder().build()?;
     let rendered = renderer.render_image(&loaded.scene, &camera, &options, &DisplayOptions::default())?;

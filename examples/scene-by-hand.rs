@@ -28,7 +28,7 @@ fn place(
     transform: Transform,
 ) -> Result<(), SceneError> {
     let mesh = scene.add_mesh(mesh)?;
-    scene.add_instance(Instance { mesh, material, transform, object })
+    scene.add_instance(Instance::new(mesh, material, transform).with_object(object))
 }
 
 /// Metres, +Y up; colours are linear.

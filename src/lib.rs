@@ -52,7 +52,7 @@
 //!     ..MeshData::default()
 //! })?)?;
 //! let material = scene.add_material(Material { base_color: [0.8, 0.1, 0.1, 1.0], coat: 1.0, ..Material::default() })?;
-//! scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+//! scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
 //!
 //! let camera = Framing::default().camera(&scene);
 //! let options = RenderOptions::new(64, 64);
@@ -86,6 +86,7 @@ pub mod decode {
 
 /// The description of a picture: what it shows, from where, in which light, how large. A typed `Description`, and the scene
 /// files that it is read from, JSON or TOML with the same keys.
+#[cfg(feature = "description")]
 pub mod description {
     #[doc(inline)]
     pub use overcoat_description::{
@@ -114,6 +115,7 @@ pub mod frame {
 
 /// Golden pictures: what a renderer drew once, was looked at, and must draw again. For any project: nothing here knows
 /// how pictures are made.
+#[cfg(feature = "golden")]
 pub mod golden {
     #[doc(inline)]
     pub use overcoat_golden::{
@@ -148,12 +150,17 @@ pub mod limits {
 pub mod load {
     #[doc(inline)]
     pub use overcoat_load::{
-        AnimatedModel, AnimationChoice, AnimationInfo, AssignError, BuiltinMaterial, Context,
-        DirectoryResolver, ENVIRONMENT_FORMATS, Format, LoadError, LoadOptions, Loaded, LoadedEnvironment,
-        MaterialError, MaterialErrorReason, MaterialFile, MaterialKey, MemoryResolver, NoResolver,
-        ResolveError, Resolver, TEXTURE_FORMATS, TextureLoading, Warning, add_smooth_normals, add_tangents,
-        environment, load_bytes, load_bytes_with, load_environment, load_environment_file, load_file,
-        load_file_with, material_keys, model, model_from_memory,
+        AnimatedModel, AnimationChoice, AnimationInfo, Context, DirectoryResolver, ENVIRONMENT_FORMATS,
+        Format, LoadError, LoadOptions, Loaded, LoadedEnvironment, MemoryResolver, NoResolver, ResolveError,
+        Resolver, TEXTURE_FORMATS, TextureLoading, Warning, add_smooth_normals, add_tangents, environment,
+        load_bytes, load_bytes_with, load_environment, load_environment_file, load_file, load_file_with,
+        model, model_from_memory,
+    };
+    #[cfg(feature = "description")]
+    #[doc(inline)]
+    pub use overcoat_load::{
+        AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
+        material_keys,
     };
 }
 

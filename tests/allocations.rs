@@ -62,7 +62,7 @@ fn scene() -> Scene {
         for (k, mesh) in meshes.into_iter().enumerate() {
             let place = [k as f64 * 1.5 - 2.2, number as f64 * 0.9 - 1.8, number as f64 * 0.6 - 1.2];
             let transform = Transform::translation(place).unwrap();
-            scene.add_instance(Instance { mesh, material, transform, object: number as u32 }).unwrap();
+            scene.add_instance(Instance::new(mesh, material, transform).with_object(number as u32)).unwrap();
         }
     }
     for kind in [
@@ -87,13 +87,8 @@ fn scene() -> Scene {
 
 /// Four places from which the scene is seen; the last is inside it, so that triangles are clipped.
 fn cameras() -> [Camera; 4] {
-    [[0.0, 1.0, 9.0], [7.0, 2.0, 5.0], [-5.0, 3.0, -6.0], [0.3, 0.2, 1.0]].map(|eye| Camera {
-        eye,
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Perspective { fov_y: 0.7 },
-        near: 0.01,
-    })
+    [[0.0, 1.0, 9.0], [7.0, 2.0, 5.0], [-5.0, 3.0, -6.0], [0.3, 0.2, 1.0]]
+        .map(|eye| Camera::new(eye, [0.0; 3], [0.0, 1.0, 0.0], Projection::Perspective { fov_y: 0.7 }, 0.01))
 }
 
 /// What `frames` frames allocate, after three turns through all cameras; or as many pictures for a screen.

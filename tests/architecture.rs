@@ -317,21 +317,34 @@ fn every_test_file_belongs_to_a_binary() {
     assert!(lost.is_empty(), "in no test binary: {}", lost.join(", "));
 }
 
-/// Words in quotes behind a key of a manifest.
-fn listed(manifest: &str, key: &str) -> Vec<String> {
-    let list = manifest.split(&format!("{key} = [")).nth(1).and_then(|rest| rest.split(']').next()).unwrap();
-    list.split('"').skip(1).step_by(2).map(str::to_owned).collect()
-}
-
-/// The guide lists the default features, so that one can be left out, and the book names them.
+/// The guide has a row for each feature, which says whether it is a default one or one of `full`.
 #[test]
-fn documents_list_the_default_features() {
-    let features = listed(&read("Cargo.toml"), "\ndefault");
-    assert!(features.len() > 3, "{features:?}");
-    assert_eq!(listed(&read("src/guide/library.md"), "features"), features);
-    let chapter = read("docs/src/library.md");
-    let missing: Vec<_> = features.iter().filter(|name| !chapter.contains(&format!("`{name}`"))).collect();
-    assert!(missing.is_empty(), "docs/src/library.md does not name {missing:?}");
+fn the_guide_lists_the_features() {
+    let manifest: toml::Table = read("Cargo.toml").parse().unwrap();
+    let features = manifest["features"].as_table().unwrap();
+    let of = |group: &str| -> BTreeSet<&str> {
+        features[group].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect()
+    };
+    let (default, full) = (of("default"), of("full"));
+    assert!(default.len() > 3 && full.contains("default"), "{default:?} {full:?}");
+    let there: BTreeMap<&str, &str> = features
+        .keys()
+        .map(String::as_str)
+        .filter(|name| !["default", "full"].contains(name))
+        .map(|name| match (default.contains(name), full.contains(name)) {
+            (true, _) => (name, "yes"),
+            (_, true) => (name, "`full`"),
+            _ => (name, "no"),
+        })
+        .collect();
+    let guide = read("src/guide/library.md");
+    let table = section(&guide, "# Features").expect("there is a list of features");
+    let told: BTreeMap<&str, &str> = table
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `")?.split_once("` | "))
+        .filter_map(|(name, rest)| Some((name, rest.split_once(" |")?.0)))
+        .collect();
+    assert_eq!(told, there);
 }
 
 #[test]

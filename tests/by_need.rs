@@ -211,7 +211,7 @@ fn scene(bytes: &[u8], textures: TextureLoading) -> Scene {
 fn cameras(scene: &Scene) -> Vec<Camera> {
     let whole = Framing::automatic(scene).camera(scene);
     let [x, y, z] = whole.eye;
-    let moved = |eye: [f32; 3], target: [f32; 3]| Camera { eye, target, ..whole };
+    let moved = |eye, target| Camera::new(eye, target, whole.up, whole.projection, whole.near);
     vec![
         whole,
         moved([x * 6.0, y * 6.0, z * 6.0], whole.target),
@@ -406,10 +406,10 @@ fn what_no_pixel_asks_for_is_not_decoded() {
     let loaded = load(&bytes, TextureLoading::ByNeed);
     assert!(loaded.warnings.is_empty());
     let scene = &loaded.scene;
-    let toward = |x: f32| Camera {
-        eye: [x, 0.0, 4.0],
-        target: [x, 0.0, 0.0],
-        ..Framing::automatic(scene).camera(scene)
+    let toward = |x: f32| {
+        let mut camera = Framing::automatic(scene).camera(scene);
+        (camera.eye, camera.target) = ([x, 0.0, 4.0], [x, 0.0, 0.0]);
+        camera
     };
     let options = sized(40, 40);
     let mut renderer = Renderer::new(1);
@@ -442,7 +442,7 @@ fn sphere_under(environment: &Environment, number: usize) -> Scene {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(Mesh::new(sphere(24)).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
     scene.set_environment(environment.clone()).unwrap();
     scene
 }

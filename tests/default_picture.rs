@@ -34,7 +34,7 @@ fn hash(scene: &Scene, camera: &Camera, options: &RenderOptions) -> String {
 fn the_library() {
     let scene = load_file(&model(), &Limits::default(), &Jobs::new(1)).unwrap().scene;
     let aspect = SIZE.0 as f32 / SIZE.1 as f32;
-    let camera = Framing { aspect, ..Framing::automatic(&scene) }.camera(&scene);
+    let camera = Framing::automatic(&scene).with_aspect(aspect).camera(&scene);
     assert_eq!(hash(&scene, &camera, &RenderOptions::new(SIZE.0, SIZE.1)), expected());
 }
 

@@ -34,7 +34,7 @@ fn put(scene: &mut Scene, mesh: Mesh, material: Material, place: [f64; 3]) {
     let mesh = scene.add_mesh(mesh).unwrap();
     let material = scene.add_material(Material { double_sided: true, ..material }).unwrap();
     let transform = Transform::translation(place).unwrap();
-    scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
 }
 
 fn matte() -> Material {

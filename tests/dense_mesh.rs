@@ -10,7 +10,7 @@ fn try_ball(options: RenderOptions) -> Result<Rendered, RenderError> {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(Mesh::new(shapes::sphere(400)).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
     let options = options.with_width(48).with_height(48);
     Renderer::new(2).render(&scene, &Framing::default().camera(&scene), &options)
 }

@@ -250,7 +250,7 @@ fn count_in_picture(data: MeshData, camera: &Camera, size: u32, side: u32, sampl
 }
 
 fn camera(projection: Projection) -> Camera {
-    Camera { eye: [0.0; 3], target: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0], projection, near: 0.05 }
+    Camera::new([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], projection, 0.05)
 }
 
 /// The same triangles, each with vertices of its own and starting at another corner, as in an STL file.
@@ -303,10 +303,8 @@ fn a_closed_mesh_around_the_eye_covers_every_sample_once() {
     for round in 0..12 {
         let mesh = surrounding_mesh(1 + round % 4, &mut random);
         let fov_y = [0.6, 1.5, 2.6][round as usize % 3];
-        let camera = Camera {
-            target: [random.unit(), random.unit() * 0.7, random.unit() - 1.5],
-            ..camera(Projection::Perspective { fov_y })
-        };
+        let mut camera = camera(Projection::Perspective { fov_y });
+        camera.target = [random.unit(), random.unit() * 0.7, random.unit() - 1.5];
         for data in [mesh.clone(), unshared(&mesh, &mut random)] {
             let counts = count_in_picture(data, &camera, 96, 32, 4);
             let wrong = counts.iter().filter(|&&c| c != 1).count();

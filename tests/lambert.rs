@@ -32,7 +32,7 @@ fn plane_of(material: Material) -> Scene {
     };
     let mesh = scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
     scene
 }
 
@@ -50,13 +50,13 @@ fn seen_by(
     model: ShadingModel,
     area_lights: AreaLightMethod,
 ) -> [f32; 3] {
-    let camera = Camera {
-        eye: [0.0, 0.0, 4.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 1.0 },
-        near: 0.01,
-    };
+    let camera = Camera::new(
+        [0.0, 0.0, 4.0],
+        [0.0; 3],
+        [0.0, 1.0, 0.0],
+        Projection::Orthographic { height: 1.0 },
+        0.01,
+    );
     let options =
         RenderOptions::draft(3, 3).with_samples(1).with_shading(model).with_area_lights(area_lights);
     let [r, g, b, _] = renderer.render(scene, &camera, &options).unwrap().frame.pixels[4];

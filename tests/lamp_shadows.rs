@@ -31,7 +31,7 @@ fn put(scene: &mut Scene, mesh: Mesh, place: [f64; 3]) {
     let mesh = scene.add_mesh(mesh).unwrap();
     let material = scene.add_material(matte()).unwrap();
     let transform = Transform::translation(place).unwrap();
-    scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
 }
 
 fn floor(scene: &mut Scene) {
@@ -40,13 +40,7 @@ fn floor(scene: &mut Scene) {
 
 /// From above: x runs to the right and z down, from -2 to 2.
 fn above() -> Camera {
-    Camera {
-        eye: [0.0, 50.0, 0.0],
-        target: [0.0; 3],
-        up: [0.0, 0.0, -1.0],
-        projection: Projection::Orthographic { height: 4.0 },
-        near: 0.01,
-    }
+    Camera::new([0.0, 50.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0], Projection::Orthographic { height: 4.0 }, 0.01)
 }
 
 fn options(visibility: Visibility) -> RenderOptions {
@@ -248,7 +242,7 @@ fn masks_let_light_through_where_they_are_cut_out() {
         let material = scene.add_material(material).unwrap();
         let mesh = scene.add_mesh(primitives::plane([2.0, 2.0]).unwrap()).unwrap();
         let transform = Transform::translation([0.0, 0.65, 0.0]).unwrap();
-        scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+        scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
         for visibility in tiers() {
             let open = draw(&scene, &above(), Visibility::NONE);
             let seen = draw(&scene, &above(), visibility);

@@ -21,14 +21,14 @@ fn stack(count: u32, alpha_mode: AlphaMode) -> (Scene, Camera) {
     let material = Material { base_color: [0.5, 0.6, 0.7, 0.5], alpha_mode, ..Material::default() };
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
-    let camera = Camera {
-        eye: [0.0, 0.0, 5.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 2.0 },
-        near: 0.01,
-    };
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
+    let camera = Camera::new(
+        [0.0, 0.0, 5.0],
+        [0.0; 3],
+        [0.0, 1.0, 0.0],
+        Projection::Orthographic { height: 2.0 },
+        0.01,
+    );
     (scene, camera)
 }
 
@@ -83,7 +83,7 @@ fn more_layers_than_a_tile_keeps_are_blended_all_the_same() {
     let material = scene.add_material(Material { unlit: true, ..Material::default() }).unwrap();
     // It covers the left half.
     let transform = Transform::from_parts([0.0, 0.0, -1.0], [0.0, 0.0, 1.0, 0.0], [1.0; 3]).unwrap();
-    scene.add_instance(Instance { mesh: wall, material, transform, object: 1 }).unwrap();
+    scene.add_instance(Instance::new(wall, material, transform).with_object(1)).unwrap();
     for samples in [1, 4] {
         // 150 layers of a tile of 16 x 16 are kept at once.
         let small = draw(&scene, &camera, [64, 64], samples, 16);
@@ -186,7 +186,7 @@ fn work_does_not_depend_on_tiles() {
         let transform =
             Transform::from_parts([0.3 * f64::from(coat), 0.2, -1.0], [0.0, 0.0, 0.6, 0.8], [0.15; 3])
                 .unwrap();
-        scene.add_instance(Instance { mesh: wall, material, transform, object: 1 }).unwrap();
+        scene.add_instance(Instance::new(wall, material, transform).with_object(1)).unwrap();
     }
     for samples in [1, 4] {
         let mut seen = Vec::new();
@@ -216,7 +216,7 @@ fn lights_out_of_reach_change_nothing() {
         let ball = scene.add_material(layered).unwrap();
         let transform = Transform::from_parts([-0.2, 0.1, 1.0], [0.3, 0.2, 0.1, 0.9], [0.2; 3]).unwrap();
         let mesh = scene.instances()[0].mesh;
-        scene.add_instance(Instance { mesh, material: ball, transform, object: 1 }).unwrap();
+        scene.add_instance(Instance::new(mesh, ball, transform).with_object(1)).unwrap();
         add_lamps(&mut scene, 24, Some(0.5));
         for &model in ShadingModel::ALL {
             let draw = |scene: &Scene, tile_size| {

@@ -52,7 +52,7 @@ fn quad(material: Material) -> Scene {
     };
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
     scene
 }
 
@@ -277,9 +277,7 @@ fn a_name_chooses_materials() {
     let mut scene = quad(Material { name: "body".to_owned(), ..Material::default() });
     let glass = scene.add_material(Material { name: "glass".to_owned(), ..Material::default() }).unwrap();
     let mesh = scene.instances()[0].mesh;
-    scene
-        .add_instance(Instance { mesh, material: glass, transform: Transform::IDENTITY, object: 1 })
-        .unwrap();
+    scene.add_instance(Instance::new(mesh, glass, Transform::IDENTITY).with_object(1)).unwrap();
     let file = read("anisotropy = 0.5").unwrap();
     file.assign(&mut scene, Some("glass"), &Limits::default()).unwrap();
     assert_eq!(scene.materials()[0].lobes.anisotropy.strength, 0.0);
@@ -464,7 +462,7 @@ fn stacklit_reads_its_own_inputs() {
         let mut scene = assigned(&text, Material::default());
         let kind = LightKind::Directional { direction: [0.0, 0.6, -0.8] };
         scene.add_light(Light { minimum_roughness, ..Light::new(kind) }).unwrap();
-        let camera = Framing { direction: [0.0, 0.5, 0.86], ..Framing::default() }.camera(&scene);
+        let camera = Framing::default().with_direction([0.0, 0.5, 0.86]).camera(&scene);
         let options = RenderOptions::draft(3, 3).with_samples(1);
         Renderer::new(1).render(&scene, &camera, &options).unwrap().frame.pixels[4]
     };

@@ -96,20 +96,20 @@ fn scene(row: &Row) -> Scene {
     };
     let mesh = scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
     scene
 }
 
 /// The centre pixel of the picture that an eye in the direction of the row's V takes.
 fn render(renderer: &mut Renderer, scene: &Scene, row: &Row, shading: ShadingModel) -> [f32; 3] {
     let view = vector(row, "in_V");
-    let camera = Camera {
-        eye: view.map(|v| v * 4.0),
-        target: [0.0; 3],
-        up: if view[1].abs() < 0.9 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] },
-        projection: Projection::Orthographic { height: 0.1 },
-        near: 0.01,
-    };
+    let camera = Camera::new(
+        view.map(|v| v * 4.0),
+        [0.0; 3],
+        if view[1].abs() < 0.9 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] },
+        Projection::Orthographic { height: 0.1 },
+        0.01,
+    );
     let options = RenderOptions::draft(5, 5).with_samples(4).with_shading(shading);
     let rendered = renderer.render(scene, &camera, &options).unwrap();
     let [r, g, b, a] = rendered.frame.pixels[12];
@@ -494,9 +494,7 @@ fn every_engine_reproduces_its_tables() {
             // Numbers that a scene does not admit are no row of its.
             let Ok(material) = scene.add_material(material) else { continue };
             let mesh = scene.add_mesh(Mesh::new(quad(&row)).unwrap()).unwrap();
-            scene
-                .add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })
-                .unwrap();
+            scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
             let color = vector(&row, "in_lightColor").map(|c| c * (case.irradiance)(&row));
             let direction = vector(&row, "in_L").map(|v| -v);
             scene

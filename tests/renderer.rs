@@ -17,20 +17,20 @@ fn scene(material: Material, transform: Transform) -> Scene {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
-    scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
     let dark = Environment { source: EnvironmentSource::None, ..Environment::default() };
     scene.set_environment(dark).unwrap();
     scene
 }
 
 fn camera(z: f32, target: f32) -> Camera {
-    Camera {
-        eye: [0.3, 0.3, z],
-        target: [0.3, 0.3, target],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Perspective { fov_y: 0.5 },
-        near: 0.1,
-    }
+    Camera::new(
+        [0.3, 0.3, z],
+        [0.3, 0.3, target],
+        [0.0, 1.0, 0.0],
+        Projection::Perspective { fov_y: 0.5 },
+        0.1,
+    )
 }
 
 fn found(scene: &Scene, camera: &Camera) -> (u64, Option<Unseen>) {

@@ -26,13 +26,7 @@ const ROUND: Splat = Splat {
 
 /// 32 pixels a metre, the origin in the middle.
 fn parallel() -> Camera {
-    Camera {
-        eye: [0.0, 0.0, 10.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 2.0 },
-        near: 0.01,
-    }
+    Camera::new([0.0, 0.0, 10.0], [0.0; 3], [0.0, 1.0, 0.0], Projection::Orthographic { height: 2.0 }, 0.01)
 }
 
 fn options() -> RenderOptions {
@@ -43,7 +37,7 @@ fn add(scene: &mut Scene, splats: &[Splat], transform: Transform) {
     let mut builder = SplatCloudBuilder::new(0, SplatColorSpace::Srgb, SplatOrder::Depth).unwrap();
     splats.iter().for_each(|splat| builder.push(splat, &[]).unwrap());
     let cloud = scene.add_splats(builder.finish()).unwrap();
-    scene.add_splat_instance(SplatInstance { cloud, transform, object: 6 }).unwrap();
+    scene.add_splat_instance(SplatInstance::new(cloud, transform).with_object(6)).unwrap();
 }
 
 fn cloud(splats: &[Splat]) -> Scene {
@@ -117,8 +111,8 @@ fn one_splat_is_its_gaussian() {
 #[test]
 fn a_perspective_view_has_the_jacobian_of_its_projection() {
     let splat = Splat { position: [0.8, 0.0, 0.0], scale: [0.02, 0.02, 0.4], opacity: 1.0, ..ROUND };
-    let camera =
-        Camera { eye: [0.0, 0.0, 4.0], projection: Projection::Perspective { fov_y: 0.8 }, ..parallel() };
+    let mut camera = parallel();
+    (camera.eye, camera.projection) = ([0.0, 0.0, 4.0], Projection::Perspective { fov_y: 0.8 });
     let frame = render(&cloud(&[splat]), &camera);
     // tan(0.4)
     let focal = 32.0 / 0.422_793_22_f32;
@@ -185,7 +179,7 @@ fn harmonics_are_those_of_the_direction_from_the_camera() {
     builder.push(&Splat { color: [0.5; 3], opacity: 1.0, ..ROUND }, &coefficients).unwrap();
     let mut scene = Scene::new();
     let cloud = scene.add_splats(builder.finish()).unwrap();
-    scene.add_splat_instance(SplatInstance { cloud, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.add_splat_instance(SplatInstance::new(cloud, Transform::IDENTITY)).unwrap();
     let part = 0.5 * 0.488_602_5;
     for (eye, expected) in [
         ([0.0, 0.0, 5.0], [0.5, 0.5 - part, 0.5]),
@@ -193,9 +187,10 @@ fn harmonics_are_those_of_the_direction_from_the_camera() {
         ([5.0, 0.0, 0.0], [0.5, 0.5, 0.5 + part]),
         ([0.0, -5.0, 0.0], [0.5 - part, 0.5, 0.5]),
     ] {
-        let projection = Projection::Perspective { fov_y: 0.3 };
-        let found =
-            shown(&render(&scene, &Camera { eye, up: [0.1, 0.2, 0.3], projection, ..parallel() }), 32, 32);
+        let mut camera = parallel();
+        (camera.eye, camera.up) = (eye, [0.1, 0.2, 0.3]);
+        camera.projection = Projection::Perspective { fov_y: 0.3 };
+        let found = shown(&render(&scene, &camera), 32, 32);
         for (found, expected) in found.into_iter().zip(expected) {
             near(found, expected, 1e-3, "colour");
         }
@@ -208,7 +203,7 @@ fn sheet(scene: &mut Scene, z: f32, material: Material) {
     let data = MeshData { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshData::default() };
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(Material { unlit: true, ..material }).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 2 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(2)).unwrap();
 }
 
 #[test]

@@ -215,7 +215,7 @@ fn two_cubes() -> (Scene, Camera, [MaterialId; 2]) {
     let behind = scene.add_material(Material::default()).unwrap();
     for (object, (z, material)) in [(0.0, behind), (2.0, front)].into_iter().enumerate() {
         let transform = Transform::translation([0.0, 0.0, z]).unwrap();
-        scene.add_instance(Instance { mesh, material, transform, object: object as u32 }).unwrap();
+        scene.add_instance(Instance::new(mesh, material, transform).with_object(object as u32)).unwrap();
     }
     let camera = Camera::look_at([0.0, 0.0, 6.0], [0.0; 3], [0.0, 1.0, 0.0]).unwrap();
     (scene, camera, [front, behind])

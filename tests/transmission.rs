@@ -14,13 +14,7 @@ const SIDE: usize = 64;
 
 /// Sees the square of side 2 around the origin along -Z.
 fn camera() -> Camera {
-    Camera {
-        eye: [0.0, 0.0, 10.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 2.0 },
-        near: 0.01,
-    }
+    Camera::new([0.0, 0.0, 10.0], [0.0; 3], [0.0, 1.0, 0.0], Projection::Orthographic { height: 2.0 }, 0.01)
 }
 
 /// A surface of index 1, which reflects nothing.
@@ -52,7 +46,7 @@ impl Box {
     fn place(mut self, mesh: MeshData, material: Material, transform: Transform) -> Self {
         let mesh = self.scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
         let material = self.scene.add_material(material).unwrap();
-        self.scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+        self.scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
         self
     }
 

@@ -150,12 +150,8 @@ impl Pair {
         for (object, (_, mesh, material, transform, shown)) in self.instances.iter().enumerate() {
             if *shown {
                 let (mesh, material) = (meshes[*mesh], materials[*material]);
-                let instance = overcoat::scene::Instance {
-                    mesh,
-                    material,
-                    transform: *transform,
-                    object: object as u32,
-                };
+                let instance =
+                    overcoat::scene::Instance::new(mesh, material, *transform).with_object(object as u32);
                 scene.add_instance(instance).unwrap();
             }
         }

@@ -61,13 +61,7 @@ pub fn framed(scene: &Scene) -> Camera {
 
 /// A parallel view along -Z of that many units from top to bottom.
 pub fn parallel(height: f32) -> Camera {
-    Camera {
-        eye: [0.0, 0.0, 4.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height },
-        near: 0.01,
-    }
+    Camera::new([0.0, 0.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0], Projection::Orthographic { height }, 0.01)
 }
 
 fn painted(data: MeshData) -> Scene {
@@ -81,9 +75,7 @@ fn painted(data: MeshData) -> Scene {
     };
     let mesh = scene.add_mesh(Mesh::new(data).expect("indices are in range")).expect("one mesh");
     let material = scene.add_material(material).expect("factors are in range");
-    scene
-        .add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })
-        .expect("mesh and material exist");
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).expect("mesh and material exist");
     scene
 }
 

@@ -4,7 +4,7 @@
 #
 # Usage: bindings/wasm/build.sh [plain] [simd] [cli]
 # WASM_PROFILE: profile of Cargo, "wasm" (small and slow to build) or "release".
-# WASM_FEATURES: arguments of Cargo; --no-default-features leaves glTF with PNG and JPEG, and the models standard and gltf.
+# WASM_FEATURES: arguments of Cargo; --no-default-features leaves glTF with PNG and JPEG, and the models standard and stacklit-d.
 # WASM_DIST: where it goes, if not to dist/.
 # Needs rustup with the targets wasm32-unknown-unknown and wasm32-wasip1, or what RUSTC and BUILD_STD say.
 set -euo pipefail

@@ -12,10 +12,8 @@ export CARGO_PROFILE_EMBEDDED_LTO
 features=("$@")
 if [ $# = 0 ]; then
     features=(
-        obj ply 3mf draco meshopt ktx2 webp more-textures exr zstd all-formats
-        urp hdrp filament three gltf-sample openpbr velvet babylon all-models
-        area-lights car-paint environments quick-studio shadows splats streamed-json all-parts
-        builtin-materials threads
+        obj 3mf compression textures more-textures exr engines light effects description builtin-materials fast-loading threads
+        default full
     )
 fi
 

@@ -24,9 +24,8 @@ grep -q 'this program was built without it' "$work/said" && [ "$(wc -l <"$work/s
 "$small" nothing 2>"$work/said" && exit 1
 grep -q '^usage: ' "$work/said"
 
-# The parts of the renderer too; and each part compiles alone.
+# The parts of the renderer too.
 cargo test --locked --profile "$profile" -p overcoat-embedded --test refusals --target-dir target/embedded
-examples/embedded/features.sh
 
 # Threads, and the peak of memory in kilobytes, while it draws a large picture.
 "$small" assets/models/torus-knot.glb "$work/small.png" 2048 &

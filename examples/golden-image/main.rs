@@ -48,7 +48,7 @@ fn gem() -> Result<(Scene, Camera), SceneError> {
         coat: 1.0,
         ..Material::default()
     })?;
-    scene.add_instance(Instance { mesh, material: lacquer, transform: Transform::IDENTITY, object: 0 })?;
+    scene.add_instance(Instance::new(mesh, lacquer, Transform::IDENTITY))?;
     let camera = Framing::default().camera(&scene);
     Ok((scene, camera))
 }

@@ -32,7 +32,7 @@ impl Orbit {
     /// Around a scene, which fills a picture of that aspect (width over height), from where it shows most.
     #[must_use]
     pub fn around(scene: &Scene, aspect: f32) -> Self {
-        Self::from_camera(&Framing { aspect, ..Framing::automatic(scene) }.camera(scene))
+        Self::from_camera(&Framing::automatic(scene).with_aspect(aspect).camera(scene))
     }
 
     /// From where a camera is, around what it looks at. Until it moves it is that camera; then +Y is up.
@@ -69,13 +69,13 @@ impl Orbit {
             perspective => perspective,
         };
         let near = (self.distance * self.near) as f32;
-        Camera {
-            eye: eye.map(|v| v as f32),
-            target: self.target.map(|v| v as f32),
-            up: [0.0, 1.0, 0.0],
+        Camera::new(
+            eye.map(|v| v as f32),
+            self.target.map(|v| v as f32),
+            [0.0, 1.0, 0.0],
             projection,
-            near: if near > Camera::MIN_NEAR { near } else { Camera::MIN_NEAR },
-        }
+            if near > Camera::MIN_NEAR { near } else { Camera::MIN_NEAR },
+        )
     }
 
     /// Goes around by angles in radians: to the right, so that the scene turns to the left, and up. Up and down it stops a

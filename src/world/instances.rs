@@ -216,7 +216,7 @@ impl World {
             None => state.local,
         };
         let &InstanceState { mesh, material, object, shown, .. } = state;
-        let instance = Instance { mesh, material, transform, object };
+        let instance = Instance::new(mesh, material, transform).with_object(object);
         match shown {
             _ if !is_shown => self.hide(slot),
             Some(number) => {

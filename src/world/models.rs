@@ -437,11 +437,11 @@ impl World {
                 model: slot,
                 local: instance.transform,
                 is_shown: false,
-                instance: SplatInstance {
-                    cloud: SplatCloudId::from_index(clouds[instance.cloud.index()]),
-                    object: first_object.wrapping_add(instance.object),
-                    ..*instance
-                },
+                instance: SplatInstance::new(
+                    SplatCloudId::from_index(clouds[instance.cloud.index()]),
+                    instance.transform,
+                )
+                .with_object(first_object.wrapping_add(instance.object)),
             })
             .collect();
         // There are few: all of them anew.

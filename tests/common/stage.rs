@@ -55,7 +55,7 @@ impl Stage {
         transform: Transform,
     ) -> Result<(), SceneError> {
         let object = self.scene.instances().len() as u32;
-        self.scene.add_instance(Instance { mesh, material, transform, object })
+        self.scene.add_instance(Instance::new(mesh, material, transform).with_object(object))
     }
 
     /// Puts the meshes of another scene into this one.
@@ -138,18 +138,12 @@ pub fn turned(
 /// A perspective camera, +Y up; field of view in degrees.
 pub fn look(eye: [f32; 3], target: [f32; 3], fov_y: f32) -> Camera {
     let projection = Projection::Perspective { fov_y: fov_y.to_radians() };
-    Camera { eye, target, up: [0.0, 1.0, 0.0], projection, near: 0.01 }
+    Camera::new(eye, target, [0.0, 1.0, 0.0], projection, 0.01)
 }
 
 /// A parallel projection along -Z that shows the square of side 2 around the origin.
 pub fn flat_view() -> Camera {
-    Camera {
-        eye: [0.0, 0.0, 10.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 2.0 },
-        near: 0.01,
-    }
+    Camera::new([0.0, 0.0, 10.0], [0.0; 3], [0.0, 1.0, 0.0], Projection::Orthographic { height: 2.0 }, 0.01)
 }
 
 /// Base colour only: what light falls on cannot change it.

@@ -70,7 +70,7 @@ impl Ball {
         let mut scene = Scene::new();
         let mesh = scene.add_mesh(primitives::sphere(1.0, 128).unwrap()).unwrap();
         let material = scene.add_material(material.clone()).unwrap();
-        scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+        scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
         let to_lamp = setting.direction().map(|c| c.to_array()[0]).to_array();
         scene.add_light(Light::directional(to_lamp.map(|c| -c), setting.lamp)).unwrap();
         let sky = EquirectImage::new(8, 4, vec![[setting.sky; 3]; 32]).unwrap();

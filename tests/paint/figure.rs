@@ -39,7 +39,7 @@ fn picture(side: usize, angle: f64) -> Vec<[f32; 4]> {
     let material = scene.add_material(Material::default()).unwrap();
     let (sin, cos) = sin_cos(0.5 * angle);
     let transform = stage::turned([0.0; 3], [0.0, 1.0, 0.0], [sin, cos], 1.0).unwrap();
-    scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
     let light = LightKind::Directional { direction: [0.3, -0.4, -0.866] };
     scene.add_light(Light { intensity: 0.4, ..Light::new(light) }).unwrap();
     let paint = BuiltinMaterial::named("metalflake-red").unwrap();

@@ -247,7 +247,7 @@ impl SceneBuilder {
         let (Some(&mesh), Some(&material)) = (parts.meshes.get(mesh), parts.materials.get(material)) else {
             return Err(Kind::Mesh.error("instance: there is no such mesh or material"));
         };
-        let added = parts.scene.add_instance(Instance { mesh, material, transform, object });
+        let added = parts.scene.add_instance(Instance::new(mesh, material, transform).with_object(object));
         added.map_err(|e| errors::scene("instance", &e))
     }
 

@@ -20,8 +20,7 @@ test("the small module", { skip }, async () => {
     // It has textures, and materials that name no model.
     ["sports-car.glb", {}],
     ["torus-knot.glb", { quality: "fast" }],
-    ["torus-knot.glb", { shading: "gltf" }],
-    ["torus-knot.glb", { shading: "gltf-sampled" }],
+    ["torus-knot.glb", { shading: "stacklit-d" }],
     ["torus-knot.glb", { shading: "standard", background: "white" }],
   ]) {
     const [own, other] = [draw(small, name, options), draw(whole, name, options)];

@@ -45,7 +45,7 @@ pub(super) fn scene() -> Result<Scene, SceneError> {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(Mesh::new(data)?)?;
     let material = scene.add_material(Material { name: "ball".to_owned(), ..Material::default() })?;
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
     Ok(scene)
 }
 

@@ -22,7 +22,7 @@ pub(super) struct CameraReport {
 impl CameraReport {
     /// Of a camera in a scene.
     pub(super) fn new(camera: &Camera, scene: &Scene) -> Self {
-        let &Camera { eye, target, up, projection, near } = camera;
+        let &Camera { eye, target, up, projection, near, .. } = camera;
         let origin = scene.origin();
         let [eye, target] = [eye, target].map(|p| std::array::from_fn(|k| f64::from(p[k]) + origin[k]));
         let (projection, fov_y_degrees, height) = match projection {

@@ -140,12 +140,8 @@ fn turn(v: [f32; 3], about: [f64; 3], (sin, cos): (f64, f64)) -> [f32; 3] {
 pub(super) fn orbit(camera: &Camera, center: [f64; 3], angle: f64) -> Camera {
     let turning = sin_cos(angle);
     let center = if center.iter().all(|v| v.is_finite()) { center } else { [0.0; 3] };
-    Camera {
-        eye: turn(camera.eye, center, turning),
-        target: turn(camera.target, center, turning),
-        up: turn(camera.up, [0.0; 3], turning),
-        ..*camera
-    }
+    let [eye, target] = [camera.eye, camera.target].map(|place| turn(place, center, turning));
+    Camera::new(eye, target, turn(camera.up, [0.0; 3], turning), camera.projection, camera.near)
 }
 
 /// Turns the environment and the lights that are not the model's.
@@ -196,13 +192,13 @@ mod tests {
 
     #[test]
     fn the_camera_keeps_its_distance() {
-        let camera = Camera {
-            eye: [3.0, 2.0, 5.0],
-            target: [1.0, 0.5, 0.0],
-            up: [0.0, 1.0, 0.0],
-            projection: Projection::Perspective { fov_y: 0.5 },
-            near: 0.1,
-        };
+        let camera = Camera::new(
+            [3.0, 2.0, 5.0],
+            [1.0, 0.5, 0.0],
+            [0.0, 1.0, 0.0],
+            Projection::Perspective { fov_y: 0.5 },
+            0.1,
+        );
         let quarter = orbit(&camera, [1.0, 0.0, 1.0], std::f64::consts::FRAC_PI_2);
         assert_eq!(quarter.eye, [5.0, 2.0, -1.0]);
         assert_eq!(orbit(&camera, [1.0, 0.0, 1.0], 0.0), camera);
@@ -212,13 +208,13 @@ mod tests {
     fn models_turn_as_cameras_do() {
         let center = [1.0, 7.0, 1.0];
         let by = turned(center, 1.1).unwrap();
-        let camera = Camera {
-            eye: [3.0, 2.0, 5.0],
-            target: [1.0, 0.5, 0.0],
-            up: [0.0, 1.0, 0.0],
-            projection: Projection::Perspective { fov_y: 0.5 },
-            near: 0.1,
-        };
+        let camera = Camera::new(
+            [3.0, 2.0, 5.0],
+            [1.0, 0.5, 0.0],
+            [0.0, 1.0, 0.0],
+            Projection::Perspective { fov_y: 0.5 },
+            0.1,
+        );
         let moved = by.point(camera.eye.map(f64::from));
         let eye = orbit(&camera, center, 1.1).eye;
         assert!(moved.iter().zip(eye).all(|(a, b)| (a - f64::from(b)).abs() < 1e-5), "{moved:?} {eye:?}");

@@ -32,21 +32,21 @@ macro_rules! part {
 
 part! {
     /// What is in the way of light, and what surfaces send each other: depth maps, rays, the floor.
-    Shadows, "shadows"
+    Shadows, "light"
 }
 part! {
     /// Light from rectangles and tubes.
-    AreaLights, "area-lights"
+    AreaLights, "light"
 }
 part! {
     /// Flakes, orange peel and scratches.
-    CarPaint, "car-paint"
+    CarPaint, "effects"
 }
 part! {
     /// Gaussian splats.
-    Splats, "splats"
+    Splats, "effects"
 }
 part! {
     /// Environments of pictures, beside the studio and darkness.
-    Environments, "environments"
+    Environments, "light"
 }

@@ -1,34 +1,7 @@
 //! Formats of files: their names, extensions and media types. What reads and what writes which is said where it is done, in
 //! terms of these.
 
-/// Which formats are compiled in beside glTF, PNG, JPEG and Radiance, by features. Whoever reads or writes another one asks this
-/// first: what comes after is then no part of the program.
-pub mod built {
-    /// 3MF.
-    pub const THREE_MF: bool = cfg!(feature = "3mf");
-    /// Wavefront OBJ.
-    pub const OBJ: bool = cfg!(feature = "obj");
-    /// Stanford polygon files.
-    pub const PLY: bool = cfg!(feature = "ply");
-    /// Stereolithography.
-    pub const STL: bool = cfg!(feature = "stl");
-    /// KHR_draco_mesh_compression of glTF.
-    pub const DRACO: bool = cfg!(feature = "draco");
-    /// EXT_meshopt_compression of glTF.
-    pub const MESHOPT: bool = cfg!(feature = "meshopt");
-    /// Khronos textures.
-    pub const KTX2: bool = cfg!(feature = "ktx2");
-    /// WebP.
-    pub const WEBP: bool = cfg!(feature = "webp");
-    /// BMP, TGA, GIF, TIFF, PNM, QOI.
-    pub const MORE_TEXTURES: bool = cfg!(feature = "more-textures");
-    /// OpenEXR.
-    pub const EXR: bool = cfg!(feature = "exr");
-    /// Zstandard around files.
-    pub const ZSTD: bool = cfg!(feature = "zstd");
-}
-
-/// What is said where it is not.
+/// Said of a format, or a part of the renderer, that features left out.
 pub const LEFT_OUT: &str = "this program was built without it";
 
 /// A format of files.

@@ -61,14 +61,12 @@ impl Description {
         // Which view shows something is looked for only where none is given.
         let defaults =
             if description.view.is_some() { Framing::default() } else { Framing::automatic(scene) };
-        let mut framing = Framing {
-            direction: description.view.map_or(defaults.direction, |v| v.direction),
-            up: description.up.or(description.view.map(|v| v.up)).unwrap_or(defaults.up),
-            fov_y: description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians),
-            orthographic: description.orthographic_height.is_some(),
-            aspect: options.width as f32 / options.height as f32,
-            margin: Framing::MARGIN,
-        };
+        let mut framing = defaults.with_aspect(options.width as f32 / options.height as f32);
+        framing.direction = description.view.map_or(defaults.direction, |v| v.direction);
+        framing.up = description.up.or(description.view.map(|v| v.up)).unwrap_or(defaults.up);
+        framing.fov_y = description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians);
+        framing.orthographic = description.orthographic_height.is_some();
+        framing.margin = Framing::MARGIN;
         if shows_ground(scene, &framing, options) {
             framing.margin = Framing::MARGIN_OVER_FLOOR;
         }
@@ -149,5 +147,5 @@ fn explicit_camera(
         Some(_) => Camera::MIN_NEAR,
         None => Camera::usual_near(eye, target),
     };
-    Ok(Camera { eye, target, up: description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near })
+    Ok(Camera::new(eye, target, description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near))
 }

@@ -38,7 +38,7 @@
 //!     ..MeshData::default()
 //! })?)?;
 //! let material = scene.add_material(Material::default())?;
-//! scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+//! scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
 //!
 //! let mut renderer = Renderer::new(1);
 //! let picture = description.picture_of(Loaded::from(scene), Machine::default(), &Limits::default(), renderer.jobs())?;

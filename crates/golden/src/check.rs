@@ -1,23 +1,15 @@
 //! One pair of files compared, or a folder of them.
 
 use super::GoldenError;
-use super::compress::{Effort, compress_png};
 use super::metrics::exact::unmatched_planes;
 use super::metrics::{Measured, Metrics, measure};
 use super::thresholds::{Thresholds, short};
 use super::walk::Pair;
 use overcoat_core::files::read_file;
-use overcoat_core::frame::DisplayImage;
 use overcoat_core::limits::Limits;
 use overcoat_image::decode::{DecodeError, DecodedPicture, FrameTime, SampleKind};
-use overcoat_image::output::encode_png;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-
-/// A stored PNG may be larger by this factor than what the strongest compression makes of it.
-const OVERSIZE: f64 = 1.1;
-/// Files below this size are not worth a word.
-const OVERSIZE_FROM: usize = 1024;
 
 /// How a comparison came out, from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -328,8 +320,8 @@ fn depth_reason(expected: SampleKind, actual: SampleKind) -> String {
     format!("expected {expected} a channel, actual {actual}")
 }
 
-/// Why a stored file is larger than it must be. What this crate's own encoder makes of a picture is not: a fresh render may be
-/// stored as it is.
+/// Why a stored file is larger than it may be, or, with the feature `accept`, than it must be.
+#[cfg_attr(not(feature = "accept"), allow(unused_variables))]
 fn oversize(
     stored: &[u8],
     picture: &DecodedPicture,
@@ -341,28 +333,8 @@ fn oversize(
     {
         return Some(format!("{} bytes are stored, {most} are allowed (max_bytes)", stored.len()));
     }
-    if stored.len() < OVERSIZE_FROM || !stored.starts_with(b"\x89PNG") {
-        return None;
-    }
-    if stored.len() <= fresh_size(picture).unwrap_or(0) {
-        return None;
-    }
-    let small = |effort| compress_png(stored, effort, limits).ok().map(|bytes| bytes.len());
-    let quick = small(Effort::Quick)?;
-    let too_large = |best: usize| stored.len() as f64 > OVERSIZE * best as f64;
-    // Zopfli takes seconds, and gains less than the margin: it is only asked about files that the quick search beats.
-    let best = if too_large(quick) || stored.len() <= quick { quick } else { small(Effort::Strongest)? };
-    too_large(best).then(|| {
-        format!("{} bytes are stored, {best} would do: accept it again to compress it", stored.len())
-    })
-}
-
-/// Bytes of the file that a renderer of this crate writes; `None` for what it does not write.
-fn fresh_size(picture: &DecodedPicture) -> Option<usize> {
-    if picture.kind != SampleKind::Unsigned8 || picture.motion.is_some() {
-        return None;
-    }
-    let pixels = picture.pixels.iter().map(|p| p.map(|v| v as u8)).collect();
-    let image = DisplayImage { width: picture.width, height: picture.height, pixels };
-    encode_png(&image).ok().map(|bytes| bytes.len())
+    #[cfg(feature = "accept")]
+    return super::compress::oversize(stored, picture, limits);
+    #[cfg(not(feature = "accept"))]
+    None
 }

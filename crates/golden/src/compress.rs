@@ -8,8 +8,10 @@
 //! go.
 
 use super::GoldenError;
+use overcoat_core::frame::DisplayImage;
 use overcoat_core::limits::Limits;
-use overcoat_image::decode::read_png;
+use overcoat_image::decode::{DecodedPicture, SampleKind, read_png};
+use overcoat_image::output::encode_png;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU64;
 
@@ -25,6 +27,11 @@ pub enum Effort {
 
 /// Chunks that are kept where they are present, all of which stand before the pixels.
 const KEPT: [&[u8; 4]; 8] = [b"cICP", b"mDCV", b"cLLI", b"iCCP", b"sRGB", b"gAMA", b"cHRM", b"pHYs"];
+
+/// A stored PNG may be larger by this factor than what the strongest compression makes of it.
+const OVERSIZE: f64 = 1.1;
+/// Files below this size are not worth a word.
+const OVERSIZE_FROM: usize = 1024;
 
 /// More than this many filtered bytes are packed by the ordinary encoder: zopfli would take minutes.
 const MOST_FOR_ZOPFLI: usize = 32 << 20;
@@ -65,6 +72,35 @@ pub fn compress_png(bytes: &[u8], effort: Effort, limits: &Limits) -> Result<Vec
     }
     let out = layout.file(picture.width, picture.height, &chunks, &packed);
     Ok(if out.len() < bytes.len() { out } else { bytes.to_vec() })
+}
+
+/// Why a stored file is larger than it must be. What this crate's own encoder makes of a picture is not: a fresh render may be
+/// stored as it is.
+pub(crate) fn oversize(stored: &[u8], picture: &DecodedPicture, limits: &Limits) -> Option<String> {
+    if stored.len() < OVERSIZE_FROM || !stored.starts_with(b"\x89PNG") {
+        return None;
+    }
+    if stored.len() <= fresh_size(picture).unwrap_or(0) {
+        return None;
+    }
+    let small = |effort| compress_png(stored, effort, limits).ok().map(|bytes| bytes.len());
+    let quick = small(Effort::Quick)?;
+    let too_large = |best: usize| stored.len() as f64 > OVERSIZE * best as f64;
+    // Zopfli takes seconds, and gains less than the margin: it is only asked about files that the quick search beats.
+    let best = if too_large(quick) || stored.len() <= quick { quick } else { small(Effort::Strongest)? };
+    too_large(best).then(|| {
+        format!("{} bytes are stored, {best} would do: accept it again to compress it", stored.len())
+    })
+}
+
+/// Bytes of the file that a renderer of this crate writes; `None` for what it does not write.
+fn fresh_size(picture: &DecodedPicture) -> Option<usize> {
+    if picture.kind != SampleKind::Unsigned8 || picture.motion.is_some() {
+        return None;
+    }
+    let pixels = picture.pixels.iter().map(|p| p.map(|v| v as u8)).collect();
+    let image = DisplayImage { width: picture.width, height: picture.height, pixels };
+    encode_png(&image).ok().map(|bytes| bytes.len())
 }
 
 /// A zlib stream by zopfli; with fewer tries for more data. `None` if writing to memory fails, which it does not.
@@ -387,7 +423,6 @@ fn paeth(left: u8, above: u8, diagonal: u8) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overcoat_image::decode::DecodedPicture;
     use png::{BitDepth, ColorType};
 
     fn encode(width: u32, height: u32, color: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {

@@ -30,10 +30,12 @@
 //! # Ok::<(), overcoat::golden::GoldenError>(())
 //! ```
 
+#[cfg(feature = "accept")]
 #[doc(hidden)]
 pub mod accept;
 mod assertion;
 pub mod check;
+#[cfg(feature = "accept")]
 #[doc(hidden)]
 pub mod compress;
 mod described;

@@ -1,6 +1,6 @@
 //! What a file is that is none of the formats read here: for messages.
+use super::archive;
 use super::text::quoted;
-use super::threemf::archive;
 use std::borrow::Cow;
 
 /// How files of other formats begin, and what to call them: common formats of models first, then what models are

@@ -1,7 +1,7 @@
 //! Which format a file has.
+use super::archive;
 use super::gltf;
 use super::text::without_mark;
-use super::threemf::archive;
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_scene::{Axis, Orientation};
 

@@ -21,8 +21,15 @@
         clippy::unreachable
     )
 )]
+// Helpers of several parts have no user where these are left out.
+#![cfg_attr(
+    not(all(feature = "3mf", feature = "obj", feature = "ply-stl", feature = "material-files")),
+    allow(dead_code, unused_imports)
+)]
 
 mod animated;
+#[cfg_attr(not(feature = "3mf"), path = "without_archive.rs")]
+mod archive;
 mod budget;
 mod clay;
 mod environment;
@@ -33,23 +40,28 @@ mod gltf;
 mod grouped;
 mod image;
 mod input;
+#[cfg(feature = "material-files")]
 mod material;
 mod mesh_formats;
 mod names;
 mod nearby;
 mod nonnumber;
 mod normals;
+#[cfg(feature = "obj")]
 mod obj;
 mod options;
 mod origin;
 mod packed;
+#[cfg(feature = "ply-stl")]
 mod ply;
 mod polygon;
 mod resolver;
 mod splitting;
+#[cfg(feature = "ply-stl")]
 mod stl;
 mod tangents;
 mod text;
+#[cfg(feature = "3mf")]
 mod threemf;
 mod utf16;
 mod vertices;
@@ -67,6 +79,7 @@ pub use gltf::{OwnTextures, Put, Rewriter};
 pub use image::FORMATS as TEXTURE_FORMATS;
 pub use input::resolver_beside;
 pub use input::{has_folder, read_input};
+#[cfg(feature = "material-files")]
 pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
     material_keys,
@@ -80,7 +93,6 @@ pub use tangents::add_tangents;
 use gltf::Purpose;
 use input::Input;
 use overcoat_core::files::check_size;
-use overcoat_core::formats::built;
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
 use overcoat_scene::{Axis, Orientation, Scene};
@@ -365,14 +377,19 @@ fn read_unpacked(
             let rig = gltf::read(bytes, options, purpose, context)?;
             return Ok((Model::Rig(Box::new(rig)), format));
         }
-        Some(Format::Obj) if built::OBJ => obj::load(bytes, context),
-        Some(Format::Stl) if built::STL => stl::load(bytes, context),
-        Some(Format::Ply) if built::PLY => ply::load(bytes, context),
-        Some(Format::ThreeMf) if built::THREE_MF => threemf::load(bytes, context),
+        #[cfg(feature = "obj")]
+        Some(Format::Obj) => obj::load(bytes, context),
+        #[cfg(feature = "ply-stl")]
+        Some(Format::Stl) => stl::load(bytes, context),
+        #[cfg(feature = "ply-stl")]
+        Some(Format::Ply) => ply::load(bytes, context),
+        #[cfg(feature = "3mf")]
+        Some(Format::ThreeMf) => threemf::load(bytes, context),
+        #[cfg(not(all(feature = "3mf", feature = "obj", feature = "ply-stl")))]
         Some(format) => Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT)),
         None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     };
-    let mut loaded = loaded?;
+    let mut loaded: Loaded = loaded?;
     let of_format = format.map(Format::orientation).unwrap_or_default();
     let of_file = Orientation { up: loaded.up.unwrap_or(of_format.up), ..of_format };
     loaded.scene.stand_up(options.orientation(of_file));

@@ -65,7 +65,9 @@ pub(super) fn add_placed(
     transform: Transform,
     object: u32,
 ) -> Result<(), LoadError> {
-    scene.add_instance(Instance { mesh, material, transform, object }).map_err(LoadError::scene(element))
+    scene
+        .add_instance(Instance::new(mesh, material, transform).with_object(object))
+        .map_err(LoadError::scene(element))
 }
 
 /// Checks the sizes of a mesh against the limits, before or while it is built.

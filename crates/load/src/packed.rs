@@ -8,6 +8,7 @@ use super::warnings::counted;
 use super::{LoadError, Warning};
 use flate2::bufread::GzDecoder;
 use overcoat_core::limits::Limits;
+#[cfg(feature = "compression")]
 use ruzstd::decoding::StreamingDecoder;
 use std::io::{Error, ErrorKind, Read};
 
@@ -15,6 +16,7 @@ const GZIP: &[u8] = b"\x1f\x8b";
 const ZSTANDARD: &[u8] = b"\x28\xb5\x2f\xfd";
 
 /// Largest window of Zstandard data in bytes: what its program uses at its highest level.
+#[cfg(feature = "compression")]
 const MAX_WINDOW: u64 = 1 << 27;
 
 /// The bytes of a file as its format has them, and what was wrong with how they were packed.
@@ -109,9 +111,9 @@ impl<'a> Part<'a> {
                 rest = member.into_inner();
                 read
             }
-            Kind::Zstandard if !overcoat_core::formats::built::ZSTD => {
-                Err(Error::new(ErrorKind::InvalidData, overcoat_core::formats::LEFT_OUT))
-            }
+            #[cfg(not(feature = "compression"))]
+            Kind::Zstandard => Err(Error::new(ErrorKind::InvalidData, overcoat_core::formats::LEFT_OUT)),
+            #[cfg(feature = "compression")]
             Kind::Zstandard => match StreamingDecoder::new_with_max_window_size(&mut rest, MAX_WINDOW) {
                 Ok(mut frame) => read_within(&mut frame, limits, out),
                 Err(error) => Err(Error::new(ErrorKind::InvalidData, error.to_string())),

@@ -181,7 +181,7 @@ mod tests {
         (options.width, options.height) = (64, 64);
         let material = scene.add_material(Material::default()).unwrap();
         let mesh = scene.add_mesh(primitives::sphere(1.0, 16).unwrap()).unwrap();
-        scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+        scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
         let levels = foreseen(&scene, &options);
         let [least, most] = roughness_of_lookups(1.0);
         assert_eq!(levels, LIGHT_DIRECTIONS.with(Levels::for_roughness(least, most)));

@@ -19,7 +19,7 @@ fn add(scene: &mut Scene, mesh: overcoat_scene::Mesh, material: Material, at: [f
     let mesh = scene.add_mesh(mesh).unwrap();
     let material = scene.add_material(material).unwrap();
     let transform = Transform::from_parts(at, [0.0, 0.0, 0.0, 1.0], [1.0; 3]).unwrap();
-    scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
 }
 
 fn two_sided() -> Material {
@@ -36,12 +36,12 @@ fn ball() -> Scene {
 /// From above, on a picture that shows 8 metres; what is nearer than `near` is cut away, the floor never.
 fn from_above(near: f32) -> Camera {
     let projection = Projection::Orthographic { height: 8.0 };
-    Camera { eye: [0.0, 20.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, -1.0], projection, near }
+    Camera::new([0.0, 20.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0], projection, near)
 }
 
 fn from_the_side(height: f32) -> Camera {
     let projection = Projection::Perspective { fov_y: 0.9 };
-    Camera { eye: [3.0, height, 5.0], target: [0.0, -0.5, 0.0], up: [0.0, 1.0, 0.0], projection, near: 0.1 }
+    Camera::new([3.0, height, 5.0], [0.0, -0.5, 0.0], [0.0, 1.0, 0.0], projection, 0.1)
 }
 
 const SIDE: u32 = 128;

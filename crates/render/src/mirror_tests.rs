@@ -18,7 +18,7 @@ fn boxes(places: &[[f64; 3]], scale: [f32; 3]) -> Scene {
     for &at in places {
         let scale = scale.map(f64::from);
         let transform = Transform::from_parts(at, [0.0, 0.0, 0.0, 1.0], scale).unwrap();
-        scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+        scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
     }
     scene
 }
@@ -28,16 +28,15 @@ fn two() -> Scene {
     boxes(&[[0.0, -0.75, 0.0], [0.5, 0.1, -0.3]], [1.0; 3])
 }
 
+fn with_projection(mut camera: Camera, projection: Projection) -> Camera {
+    camera.projection = projection;
+    camera
+}
+
 /// From a height over the floor.
 fn camera(height: f32) -> Camera {
     let projection = Projection::Perspective { fov_y: 0.5 };
-    Camera {
-        eye: [1.0, height - 1.0, 6.0],
-        target: [0.2, -0.9, 0.0],
-        up: [0.1, 1.0, 0.0],
-        projection,
-        near: 0.1,
-    }
+    Camera::new([1.0, height - 1.0, 6.0], [0.2, -0.9, 0.0], [0.1, 1.0, 0.0], projection, 0.1)
 }
 
 fn options(ground: Ground, reflection: f32) -> RenderOptions {
@@ -58,7 +57,7 @@ fn draw(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Rendered {
 fn it_shows_the_model_upside_down_below_the_floor() {
     let both = boxes(&[[0.0, -0.75, 0.0], [0.5, 0.1, -0.3], [0.0, -1.25, 0.0], [0.5, -2.1, -0.3]], [1.0; 3]);
     let side = Projection::Orthographic { height: 3.0 };
-    for camera in [camera(1.5), Camera { projection: side, ..camera(4.0) }] {
+    for camera in [camera(1.5), with_projection(camera(4.0), side)] {
         let expected = draw(&both, &camera, &options(Ground::None, 0.0)).frame;
         let found = draw(&two(), &camera, &options(Ground::Color([0; 3]), 1.0)).frame;
         let own = draw(&two(), &camera, &options(Ground::None, 0.0)).frame;
@@ -142,7 +141,7 @@ fn its_bits_depend_on_no_machine() {
         let material =
             scene.add_material(Material { workflow, alpha_mode, base_color, ..Material::default() });
         let at = Transform::from_parts([-0.8, -0.4, 0.7 * k as f64], [0.0, 0.0, 0.0, 1.0], [1.0; 3]).unwrap();
-        let instance = Instance { mesh: ball, material: material.unwrap(), transform: at, object: 0 };
+        let instance = Instance::new(ball, material.unwrap(), at);
         scene.add_instance(instance).unwrap();
     }
     scene.set_environment(Environment::default()).unwrap();

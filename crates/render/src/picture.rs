@@ -213,12 +213,12 @@ fn check_parts(scene: &Scene, options: &RenderOptions) -> Result<(), RenderError
     let has_paint = || scene.materials().iter().any(Material::is_painted);
     let has_picture = || matches!(scene.environment().source, EnvironmentSource::Image(_));
     let parts = [
-        (Shadows::IS_BUILT || !options.visibility.is_on(), "quality beyond draft", "shadows"),
-        (Shadows::IS_BUILT || !options.ground.is_seen(), "ground", "shadows"),
-        (AreaLights::IS_BUILT || !has_areas(), "lights with an extent", "area-lights"),
-        (CarPaint::IS_BUILT || !has_paint(), "car paint", "car-paint"),
-        (Splats::IS_BUILT || scene.splat_count() == 0, "splats", "splats"),
-        (Environments::IS_BUILT || !has_picture(), "an environment of a picture", "environments"),
+        (Shadows::IS_BUILT || !options.visibility.is_on(), "quality beyond draft", "light"),
+        (Shadows::IS_BUILT || !options.ground.is_seen(), "ground", "light"),
+        (AreaLights::IS_BUILT || !has_areas(), "lights with an extent", "light"),
+        (CarPaint::IS_BUILT || !has_paint(), "car paint", "effects"),
+        (Splats::IS_BUILT || scene.splat_count() == 0, "splats", "effects"),
+        (Environments::IS_BUILT || !has_picture(), "an environment of a picture", "light"),
     ];
     match parts.into_iter().find(|(is_there, ..)| !is_there) {
         Some((_, part, feature)) => Err(RenderError::built_without(part, feature)),

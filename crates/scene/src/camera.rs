@@ -35,6 +35,7 @@ pub enum Projection {
 /// # }
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Camera {
     /// Where it is.
     pub eye: [f32; 3],
@@ -52,6 +53,12 @@ pub struct Camera {
 impl Camera {
     /// Smallest distance of the near plane in metres.
     pub const MIN_NEAR: f32 = 1e-18;
+
+    /// A camera of these numbers, which are those of its fields. They are checked when it is used: see [`Camera::validate`].
+    #[must_use]
+    pub fn new(eye: [f32; 3], target: [f32; 3], up: [f32; 3], projection: Projection, near: f32) -> Self {
+        Self { eye, target, up, projection, near }
+    }
 
     /// A camera at `eye` with `target` in the centre of its picture, both in metres. `up` may have any length but zero and
     /// need not be perpendicular to the view.

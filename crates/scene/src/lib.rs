@@ -90,6 +90,7 @@ id!(SplatCloudId, "splat cloud");
 
 /// A mesh placed in the world: one draw.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Instance {
     /// What is drawn.
     pub mesh: MeshId,
@@ -103,6 +104,7 @@ pub struct Instance {
 
 /// A cloud of splats placed in the world.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SplatInstance {
     /// What is drawn.
     pub cloud: SplatCloudId,
@@ -110,6 +112,34 @@ pub struct SplatInstance {
     pub transform: Transform,
     /// As [`Instance::object`].
     pub object: u32,
+}
+
+impl Instance {
+    /// A mesh of a material at a place, of the object 0.
+    #[must_use]
+    pub fn new(mesh: MeshId, material: MaterialId, transform: Transform) -> Self {
+        Self { mesh, material, transform, object: 0 }
+    }
+
+    /// The same with another [`Instance::object`].
+    #[must_use]
+    pub fn with_object(self, object: u32) -> Self {
+        Self { object, ..self }
+    }
+}
+
+impl SplatInstance {
+    /// A cloud at a place, of the object 0.
+    #[must_use]
+    pub fn new(cloud: SplatCloudId, transform: Transform) -> Self {
+        Self { cloud, transform, object: 0 }
+    }
+
+    /// The same with another [`SplatInstance::object`].
+    #[must_use]
+    pub fn with_object(self, object: u32) -> Self {
+        Self { object, ..self }
+    }
 }
 
 /// Everything that one picture shows.

@@ -228,23 +228,11 @@ impl ShadingModel {
         all
     };
 
-    /// Whether its formulas are compiled in: the features of the crate say which are beside [`ShadingModel::Standard`]; by default,
-    /// all. A picture by another is an error.
+    /// Whether its formulas are compiled in: with the feature `engines`, which is a default one, all, else those of this project,
+    /// [`ShadingModel::Standard`] among them. A picture by another is an error.
     #[must_use]
     pub const fn is_built(self) -> bool {
-        match self {
-            Self::UrpDesktop | Self::UrpMobile | Self::Urp17 => cfg!(feature = "urp"),
-            Self::HdrpLit | Self::StackLit => cfg!(feature = "hdrp"),
-            Self::Filament | Self::FilamentMobile | Self::FilamentCloth | Self::Filament2018 => {
-                cfg!(feature = "filament")
-            }
-            Self::Three | Self::ThreeLegacy => cfg!(feature = "three"),
-            Self::Gltf | Self::GltfSampled => cfg!(feature = "gltf-sample"),
-            Self::OpenPbr => cfg!(feature = "openpbr"),
-            Self::Velvet => cfg!(feature = "velvet"),
-            Self::Babylon => cfg!(feature = "babylon"),
-            Self::StackLitD | Self::Standard => true,
-        }
+        cfg!(feature = "engines") || matches!(self, Self::StackLitD | Self::Standard)
     }
 
     fn entry(self) -> &'static Entry {

@@ -6,6 +6,7 @@
 
 use super::error::within;
 use super::{Bounds, MAX_COORDINATE, SceneError};
+use overcoat_core::math::half::f32_to_half;
 use std::sync::Arc;
 
 /// Opacity below which nothing is drawn: a step of 8 bits.
@@ -130,8 +131,7 @@ impl SplatCloudBuilder {
         self.lists.rotations.push(rotation.map(|v| (v / length) as f32));
         self.lists.opacities.push(splat.opacity);
         self.lists.colors.push(splat.color);
-        let bits = |v: f32| half::f16::from_f32(v).to_bits();
-        self.lists.harmonics.extend(harmonics.iter().map(|rgb| rgb.map(bits)));
+        self.lists.harmonics.extend(harmonics.iter().map(|rgb| rgb.map(f32_to_half)));
         Ok(())
     }
 

@@ -62,7 +62,7 @@ pub fn camera_of_mirror(scene: &Scene, camera: &Camera, options: &RenderOptions)
     let below = |[x, y, z]: [f32; 3]| [x, (2.0 * footing.center[1] - f64::from(y)) as f32, z];
     // Mirrored, the picture's right hand would be the left one: with its up turned around it is upside down in place of that.
     let [x, y, z] = camera.up;
-    Some(Camera { eye: below(camera.eye), target: below(camera.target), up: [-x, y, -z], ..*camera })
+    Some(Camera::new(below(camera.eye), below(camera.target), [-x, y, -z], camera.projection, camera.near))
 }
 
 impl MirrorMemory {

@@ -140,8 +140,7 @@ mod tests {
         } else {
             Projection::Orthographic { height: 20.0 }
         };
-        let camera =
-            Camera { eye: [0.0, 0.0, 10.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], projection, near: 0.1 };
+        let camera = Camera::new([0.0, 0.0, 10.0], [0.0; 3], [0.0, 1.0, 0.0], projection, 0.1);
         View::new(&camera, 128, 96).unwrap()
     }
 

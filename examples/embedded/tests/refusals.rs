@@ -17,7 +17,7 @@ fn triangle() -> Scene {
     };
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
     scene
 }
 
@@ -39,25 +39,25 @@ fn what_is_left_out_is_refused_by_name() {
     let draft = || RenderOptions::draft(16, 16);
     let scene = triangle();
     assert_eq!(missing(&scene, &draft()), None);
-    assert_eq!(missing(&scene, &draft().with_quality(Quality::Fast)), Some("shadows"));
-    assert_eq!(missing(&scene, &draft().with_ground(Ground::Shadow)), Some("shadows"));
+    assert_eq!(missing(&scene, &draft().with_quality(Quality::Fast)), Some("light"));
+    assert_eq!(missing(&scene, &draft().with_ground(Ground::Shadow)), Some("light"));
 
     let mut lit = triangle();
     let tube = LightKind::Tube { ends: [[0.0, 2.0, 0.0], [1.0, 2.0, 0.0]], radius: 0.1 };
     lit.add_light(Light::new(tube)).unwrap();
-    assert_eq!(missing(&lit, &draft()), Some("area-lights"));
+    assert_eq!(missing(&lit, &draft()), Some("light"));
 
     let mut painted = triangle();
     let mut paint = Material::default();
     paint.lobes.flakes.share = 1.0;
     painted.add_material(paint).unwrap();
-    assert_eq!(missing(&painted, &draft()), Some("car-paint"));
+    assert_eq!(missing(&painted, &draft()), Some("effects"));
 
     let mut surrounded = triangle();
     let picture = EquirectImage::new(2, 1, vec![[1.0; 3]; 2]).unwrap();
     let source = EnvironmentSource::Image(Arc::new(picture));
     surrounded.set_environment(Environment { source, ..Environment::default() }).unwrap();
-    assert_eq!(missing(&surrounded, &draft()), Some("environments"));
+    assert_eq!(missing(&surrounded, &draft()), Some("light"));
 
     let mut cloud = SplatCloudBuilder::new(0, SplatColorSpace::Srgb, SplatOrder::Depth).unwrap();
     let splat = Splat {
@@ -70,6 +70,6 @@ fn what_is_left_out_is_refused_by_name() {
     cloud.push(&splat, &[]).unwrap();
     let mut splats = triangle();
     let cloud = splats.add_splats(cloud.finish()).unwrap();
-    splats.add_splat_instance(SplatInstance { cloud, transform: Transform::IDENTITY, object: 0 }).unwrap();
-    assert_eq!(missing(&splats, &draft()), Some("splats"));
+    splats.add_splat_instance(SplatInstance::new(cloud, Transform::IDENTITY)).unwrap();
+    assert_eq!(missing(&splats, &draft()), Some("effects"));
 }

@@ -7,7 +7,7 @@ use crate::common::images::{bumps, image, letter_f, soft_disc};
 use crate::common::shapes::{gutter, sphere, square};
 use crate::common::stage::{Built, Stage, flat_view};
 use overcoat::load::{Format, LoadOptions, MemoryResolver};
-use overcoat::scene::{Camera, MeshData, Projection, Scene, Transform};
+use overcoat::scene::{MeshData, Projection, Scene, Transform};
 use std::error::Error;
 use std::fmt::Write as _;
 
@@ -109,7 +109,8 @@ fn obj() -> Built {
     s.scene.set_environment(sky)?;
     s.key_light(2.0)?;
     s.add(&read(plain.as_bytes(), Format::Obj, &beside)?, Transform::translation([0.0; 3])?)?;
-    let camera = Camera { projection: Projection::Orthographic { height: 3.0 }, ..flat_view() };
+    let mut camera = flat_view();
+    camera.projection = Projection::Orthographic { height: 3.0 };
     s.seen(camera)
 }
 

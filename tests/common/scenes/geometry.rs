@@ -294,13 +294,13 @@ fn orthographic() -> Built {
         let x = f64::from(k) - 2.0;
         s.place(block, material, at([x, 0.4 * x, -2.0 * f64::from(k)], 0.4)?)?;
     }
-    s.seen(Camera {
-        eye: [3.0, 4.0, 10.0],
-        target: [0.0, 0.0, -4.0],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 8.0 },
-        near: 0.01,
-    })
+    s.seen(Camera::new(
+        [3.0, 4.0, 10.0],
+        [0.0, 0.0, -4.0],
+        [0.0, 1.0, 0.0],
+        Projection::Orthographic { height: 8.0 },
+        0.01,
+    ))
 }
 
 /// 400 instances of two meshes.

@@ -27,7 +27,7 @@ fn builder(degree: u8) -> Result<SplatCloudBuilder, SceneError> {
 
 fn place(s: &mut Stage, builder: SplatCloudBuilder, transform: Transform) -> Result<(), SceneError> {
     let cloud = s.scene.add_splats(builder.finish())?;
-    s.scene.add_splat_instance(SplatInstance { cloud, transform, object: 0 })
+    s.scene.add_splat_instance(SplatInstance::new(cloud, transform))
 }
 
 /// Needles along the three axes, a disc and a needle that are turned, three that overlap in another order than they are

@@ -17,6 +17,7 @@ compile_error!("the x87 unit rounds twice, so pictures would differ from other m
 
 pub mod double;
 mod exp_log;
+pub mod half;
 pub mod lanes;
 mod real;
 mod trigonometry;

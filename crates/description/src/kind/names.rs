@@ -255,13 +255,8 @@ mod tests {
     fn views_are_usable_cameras() {
         for name in VIEWS.map(|(name, _)| name).into_iter().chain(["0,1,0", "1,2,3"]) {
             let view = view(name).unwrap();
-            let camera = overcoat_scene::Camera {
-                eye: view.direction,
-                target: [0.0; 3],
-                up: view.up,
-                projection: overcoat_scene::Projection::Perspective { fov_y: 1.0 },
-                near: 0.1,
-            };
+            let projection = overcoat_scene::Projection::Perspective { fov_y: 1.0 };
+            let camera = overcoat_scene::Camera::new(view.direction, [0.0; 3], view.up, projection, 0.1);
             assert!(camera.axes().is_ok(), "{name}");
         }
         assert!(view("0,0,0").is_err());

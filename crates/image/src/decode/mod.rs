@@ -19,8 +19,11 @@
 )]
 
 mod error;
+#[cfg(feature = "exr")]
 mod exr_planes;
+mod exr_samples;
 mod motion;
+#[cfg_attr(not(feature = "exr"), path = "without_exr.rs")]
 pub mod openexr;
 mod picture;
 mod png;
@@ -30,8 +33,12 @@ pub mod texture;
 pub use self::png::read_png;
 pub use error::DecodeError;
 pub use error::{in_quotes, one_line};
-pub use exr_planes::{ExrPlane, ExrSamples};
+#[cfg(feature = "exr")]
+use exr_planes::read_exr_planes;
+pub use exr_samples::{ExrPlane, ExrSamples};
 pub use motion::{FrameTime, Motion, MotionFrame};
+#[cfg(not(feature = "exr"))]
+use openexr::read_exr_planes;
 pub use picture::{DecodedPicture, FORMATS, SampleKind, extensions, read_display_image};
 
 use overcoat_core::limits::Limits;

@@ -2,8 +2,8 @@
 
 use super::png::{buffer_size, damaged_png, png_codes, png_decoder};
 use super::{DecodeError, DecodedPicture, SampleKind};
-use image::AnimationDecoder;
-use image::metadata::LoopCount;
+#[cfg(any(feature = "textures", feature = "more-textures"))]
+use image::{AnimationDecoder, metadata::LoopCount};
 use overcoat_core::limits::Limits;
 use png::{BitDepth, BlendOp, DisposeOp};
 use std::fmt;
@@ -214,6 +214,7 @@ fn laid_over(above: [u16; 4], below: [u16; 4], white: u16) -> [u16; 4] {
 }
 
 /// The frames of a file in a format that only the animation's decoder reads.
+#[cfg(any(feature = "textures", feature = "more-textures"))]
 pub(super) fn read_frames<'a>(
     kind: &'static str,
     size: [u32; 2],

@@ -22,9 +22,6 @@ type Pixels = (u32, u32, Vec<[f32; 3]>);
 
 /// The picture, and what is doubtful about it.
 pub fn read(bytes: &[u8], limits: &Limits) -> Result<(Pixels, Option<String>), DecodeError> {
-    if !overcoat_core::formats::built::EXR {
-        return Err(DecodeError::unsupported(FORMAT, overcoat_core::formats::LEFT_OUT));
-    }
     let meta = read_meta(bytes, limits)?;
     let layer = Layer::choose(&meta)?;
     check_compression(layer.header)?;

@@ -1,12 +1,16 @@
 //! Picture files of any renderer, decoded without loss.
 
-use super::exr_planes::{ExrPlane, ExrSamples, read_exr_planes};
-use super::motion::{Motion, read_apng, read_frames};
+use super::exr_samples::{ExrPlane, ExrSamples};
+#[cfg(any(feature = "textures", feature = "more-textures"))]
+use super::motion::read_frames;
+use super::motion::{Motion, read_apng};
 use super::png::{BYTES_PER_PIXEL, read_png};
-use super::{DecodeError, radiance};
+use super::{DecodeError, radiance, read_exr_planes};
 use image::ImageDecoder;
+#[cfg(feature = "more-textures")]
 use image::codecs::gif::GifDecoder;
 use image::codecs::jpeg::JpegDecoder;
+#[cfg(feature = "textures")]
 use image::codecs::webp::WebPDecoder;
 use overcoat_core::files::read_file;
 use overcoat_core::formats::{self, FileFormat};
@@ -198,7 +202,13 @@ fn decode_image(
     Ok(DecodedPicture::still([width, height], SampleKind::Unsigned8, pixels))
 }
 
+#[cfg(not(feature = "more-textures"))]
+fn decode_gif(_: &[u8], _: &Limits) -> Result<DecodedPicture, DecodeError> {
+    Err(DecodeError::unsupported("GIF", formats::LEFT_OUT))
+}
+
 /// A GIF of one frame is a still picture: the format has no other.
+#[cfg(feature = "more-textures")]
 fn decode_gif(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
     let mut decoder = GifDecoder::new(Cursor::new(bytes)).map_err(damaged("GIF"))?;
     let (width, height) = decoder.dimensions();
@@ -218,6 +228,7 @@ fn decode_gif(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeErr
 }
 
 /// How often a GIF plays, by the extension that says so: 0 for ever, once where it is not there.
+#[cfg(feature = "more-textures")]
 fn gif_plays(bytes: &[u8]) -> u32 {
     const EXTENSION: &[u8; 13] = b"NETSCAPE2.0\x03\x01";
     let found = bytes.windows(15).find(|window| window.starts_with(EXTENSION));
@@ -227,6 +238,12 @@ fn gif_plays(bytes: &[u8]) -> u32 {
     }
 }
 
+#[cfg(not(feature = "textures"))]
+fn decode_webp(_: &[u8], _: &Limits) -> Result<DecodedPicture, DecodeError> {
+    Err(DecodeError::unsupported("WebP", formats::LEFT_OUT))
+}
+
+#[cfg(feature = "textures")]
 fn decode_webp(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
     let decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(damaged("WebP"))?;
     let (width, height) = decoder.dimensions();

@@ -1,6 +1,6 @@
 //! OpenEXR: linear light as it is, with the G-buffer planes as further layers.
 
-use super::{OutputError, OutputFormat, check_size};
+use super::{ExrPrecision, OutputError, OutputFormat, check_size};
 use ::exr::meta::attribute::{Chromaticities, Text};
 use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
@@ -9,17 +9,6 @@ use ::exr::prelude::{
 use half::f16;
 use overcoat_core::frame::{Aov, AovPlane, Frame};
 use std::io::Cursor;
-
-/// Bits of a colour in an OpenEXR file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum ExrPrecision {
-    /// 16-bit floats: 11 bits of precision, up to 65504 (brighter light is written as that).
-    #[default]
-    Half,
-    /// 32-bit floats: the frame's own bits.
-    Float,
-}
 
 /// An OpenEXR file with one part: the picture in R, G, B, A (linear Rec. 709, premultiplied), opacity to red, green and
 /// blue light in AR, AG, AB where glass may tint what is behind the picture (the format's names for a coloured matte:
@@ -32,10 +21,6 @@ pub enum ExrPrecision {
 /// [`OutputError::Encode`] if a side is 0 or a plane does not have the frame's size.
 pub fn encode_exr(frame: &Frame, precision: ExrPrecision) -> Result<Vec<u8>, OutputError> {
     check_size(frame, OutputFormat::Exr)?;
-    if !overcoat_core::formats::built::EXR {
-        let reason = overcoat_core::formats::LEFT_OUT.to_owned();
-        return Err(OutputError::Encode { format: OutputFormat::Exr, reason });
-    }
     let failed = |error: ::exr::error::Error| OutputError::Encode {
         format: OutputFormat::Exr,
         reason: error.to_string(),
@@ -93,9 +78,6 @@ pub fn encode_exr_channels(
     precision: ExrPrecision,
 ) -> Result<Vec<u8>, OutputError> {
     let failed = |reason: String| OutputError::Encode { format: OutputFormat::Exr, reason };
-    if !overcoat_core::formats::built::EXR {
-        return Err(failed(overcoat_core::formats::LEFT_OUT.to_owned()));
-    }
     let channels = channels.into_iter().map(|(name, values)| {
         let samples = match precision {
             ExrPrecision::Half => FlatSamples::F16(values.into_iter().map(to_half).collect()),

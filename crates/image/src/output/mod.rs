@@ -9,6 +9,7 @@
 //! function of the platform.
 
 mod aov;
+#[cfg_attr(not(feature = "exr"), path = "without_exr.rs")]
 mod exr;
 mod hdr;
 mod jpeg;
@@ -19,8 +20,9 @@ mod webp;
 mod write;
 
 pub use aov::encode_aov_png;
+pub use exr::encode_exr;
+#[cfg(feature = "exr")]
 pub use exr::encode_exr_channels;
-pub use exr::{ExrPrecision, encode_exr};
 pub use hdr::encode_hdr;
 pub use jpeg::{DEFAULT_JPEG_QUALITY, encode_jpeg};
 pub use movie::{MovieFormat, MovieFrame, durations, encode_movie};
@@ -102,6 +104,17 @@ impl fmt::Display for OutputFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.extension())
     }
+}
+
+/// Bits of a colour in an OpenEXR file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ExrPrecision {
+    /// 16-bit floats: 11 bits of precision, up to 65504 (brighter light is written as that).
+    #[default]
+    Half,
+    /// 32-bit floats: the frame's own bits.
+    Float,
 }
 
 /// How a frame becomes a file.

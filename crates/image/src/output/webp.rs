@@ -1,8 +1,8 @@
 //! Lossless WebP.
 
 use super::{DisplayImage, OutputError, OutputFormat};
-use image::ExtendedColorType;
-use image::codecs::webp::WebPEncoder;
+#[cfg(feature = "textures")]
+use image::{ExtendedColorType, codecs::webp::WebPEncoder};
 
 /// A lossless WebP file: RGB if the picture is opaque everywhere, RGBA with straight alpha otherwise.
 ///
@@ -13,11 +13,14 @@ pub fn encode_webp(image: &DisplayImage) -> Result<Vec<u8>, OutputError> {
         .map_err(|reason| OutputError::Encode { format: OutputFormat::WebP, reason })
 }
 
+#[cfg(not(feature = "textures"))]
+pub(super) fn encode_webp_layout(_: &DisplayImage, _: bool) -> Result<Vec<u8>, String> {
+    Err(overcoat_core::formats::LEFT_OUT.to_owned())
+}
+
 /// The same with an alpha channel or without, as it is asked for; or what is wrong.
+#[cfg(feature = "textures")]
 pub(super) fn encode_webp_layout(image: &DisplayImage, alpha: bool) -> Result<Vec<u8>, String> {
-    if !overcoat_core::formats::built::WEBP {
-        return Err(overcoat_core::formats::LEFT_OUT.to_owned());
-    }
     let mut file = Vec::new();
     let encoder = WebPEncoder::new_lossless(&mut file);
     let pixels = image.pixels.as_flattened();

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 /// old file is untouched. A symbolic link is followed, also one to a file that does not exist yet; a device or a pipe is
 /// written directly.
 ///
-/// On Linux a file has no name until it is whole, so that nothing is left either when the process is killed, but for the
-/// instant between the two names of a file that replaces another. Where that cannot be (other systems, some file systems) it
+/// On Linux, with the feature `unnamed-files`, a file has no name until it is whole, so that nothing is left either when the process is killed, but for the
+/// instant between the two names of a file that replaces another. Where that cannot be (some file systems), and elsewhere, it
 /// has a temporary name, `.NAME.N.tmp` in the same folder, until then; one that a killed process has left is taken over by the
 /// next that writes a file of that name.
 ///
@@ -102,7 +102,7 @@ fn write_over(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// Puts a file where none is, or in the place of `old`.
 fn put(target: &Path, bytes: &[u8], old: Option<&Metadata>) -> io::Result<()> {
-    #[cfg(target_os = "linux")]
+    #[cfg(all(target_os = "linux", feature = "unnamed-files"))]
     if let Some(done) = unnamed::put(target, bytes, old) {
         return done;
     }
@@ -136,7 +136,7 @@ fn finish(done: io::Result<()>, temporary: &Path) -> io::Result<()> {
 }
 
 /// Files without a name.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "unnamed-files"))]
 mod unnamed {
     use super::{fill, finish, free_names, is_ours};
     use rustix::fs::{AtFlags, CWD, OFlags, linkat};

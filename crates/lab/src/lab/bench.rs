@@ -82,7 +82,7 @@ impl Bench {
         let mut scene = Scene::new();
         let mesh = scene.add_mesh(primitives::plane([2.0; 2])?)?;
         let material = scene.add_material(material.clone())?;
-        scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+        scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
         let source = match light {
             Light::White => self.white.clone(),
             Light::Overhead => self.overhead.clone(),

@@ -13,7 +13,7 @@ use crate::{Context, LoadError};
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
-use overcoat_core::formats::{LEFT_OUT, built};
+use overcoat_core::formats::LEFT_OUT;
 use overcoat_core::jobs::Jobs;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -173,7 +173,7 @@ impl<'a> Buffers<'a> {
             let (Some(given), Some(known)) = (self.compression(view), self.compressed.get(&view)) else {
                 return Ok(Vec::new());
             };
-            if !built::MESHOPT {
+            if cfg!(not(feature = "compression")) {
                 let message = format!("its data are compressed with meshopt: {LEFT_OUT}");
                 return Err(malformed(format!("bufferView {view}: {message}")));
             }

@@ -53,13 +53,13 @@ pub(super) fn add(
     let own_name = camera.name.clone().unwrap_or_default();
     let result = scene.add_named_camera(
         own_name,
-        Camera {
-            eye: eye.map(|v| v as f32),
-            target: [x + distance * dx, y + distance * dy, z + distance * dz].map(|v| v as f32),
-            up: up.map(|v| v as f32),
+        Camera::new(
+            eye.map(|v| v as f32),
+            [x + distance * dx, y + distance * dy, z + distance * dz].map(|v| v as f32),
+            up.map(|v| v as f32),
             projection,
-            near: near.clamp(f64::from(Camera::MIN_NEAR), f64::from(MAX_COORDINATE)) as f32,
-        },
+            near.clamp(f64::from(Camera::MIN_NEAR), f64::from(MAX_COORDINATE)) as f32,
+        ),
     );
     if let Err(error) = result {
         warnings.add(|| format!("{} is left out: {error}", name(camera, index)));

@@ -6,6 +6,7 @@
 use super::accessor::{Component, Elements};
 use super::list::Index;
 use super::model::Kind;
+#[cfg(feature = "compression")]
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, PointAttribute};
 
 /// Bytes of all attributes of a point that are allowed: twice what a vertex can have that a picture shows.
@@ -39,14 +40,21 @@ pub(super) struct Most {
     pub points: u64,
 }
 
+/// Refuses the stream.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "compression"))]
+pub(super) fn decode(_: &[u8], _: Most, _: &[Index]) -> Result<(Vec<[u32; 3]>, Decoded), String> {
+    Err(format!("its data are compressed with Draco: {}", overcoat_core::formats::LEFT_OUT))
+}
+
 /// Decodes the triangles, and the attributes with the numbers `ids`.
 ///
 /// # Errors
 /// What is wrong with the stream.
+#[cfg(feature = "compression")]
 pub(super) fn decode(stream: &[u8], most: Most, ids: &[Index]) -> Result<(Vec<[u32; 3]>, Decoded), String> {
-    if !overcoat_core::formats::built::DRACO {
-        return Err(format!("its data are compressed with Draco: {}", overcoat_core::formats::LEFT_OUT));
-    }
     let limits = DecodeLimits::default()
         .with_max_faces(most.triangles)
         .with_max_points(most.points)
@@ -79,6 +87,7 @@ pub(super) fn decode(stream: &[u8], most: Most, ids: &[Index]) -> Result<(Vec<[u
 
 /// An attribute with one element for each point. `None` for those of numbers that accessors do not know, and for those
 /// that leave a point without.
+#[cfg(feature = "compression")]
 fn read(attribute: &PointAttribute, id: Index, points: usize) -> Option<Attribute> {
     let component = match attribute.data_type() {
         DataType::Int8 => Component::I8,

@@ -20,7 +20,7 @@ const SECOND: [u64; 2] = [1024, 128];
 
 /// Whether documents are read as they are parsed, without a tree of their values. Reading is compiled anew for each of the two
 /// ways, and the second reading of what breaks rules (`lenient.rs`) needs a tree.
-const STREAMED: bool = cfg!(feature = "streamed-json");
+const STREAMED: bool = cfg!(feature = "fast-loading");
 
 /// Parses the document and checks that it is glTF 2. Of one that is JSON and breaks rules, what cannot be read is left
 /// out, with warnings.

@@ -272,7 +272,7 @@ impl Rig {
                         Some(way_back) => placed.after(way_back).map_err(fail)?,
                         None => placed,
                     };
-                    let instance = Instance { mesh, material, transform, object: node as u32 };
+                    let instance = Instance::new(mesh, material, transform).with_object(node as u32);
                     scene.add_instance(instance).map_err(fail)?;
                 }
             }
@@ -293,7 +293,7 @@ impl Rig {
             for copy in drawn.copies.as_deref().unwrap_or(&[Transform::IDENTITY]) {
                 let placed = transform.after(copy).map_err(fail)?;
                 for &cloud in drawn.splats.iter().filter_map(|&k| ids.get(k)) {
-                    let instance = SplatInstance { cloud, transform: placed, object: node as u32 };
+                    let instance = SplatInstance::new(cloud, placed).with_object(node as u32);
                     scene.add_splat_instance(instance).map_err(fail)?;
                 }
             }

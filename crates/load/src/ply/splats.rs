@@ -77,7 +77,7 @@ pub(super) fn load(
     counts.warn(&mut warnings);
     let mut scene = Scene::new();
     let cloud = scene.add_splats(cloud).map_err(LoadError::scene("PLY: splats"))?;
-    let instance = SplatInstance { cloud, transform: Transform::IDENTITY, object: 0 };
+    let instance = SplatInstance::new(cloud, Transform::IDENTITY);
     scene.add_splat_instance(instance).map_err(LoadError::scene("PLY: splats"))?;
     let up = Some(header.up.unwrap_or(Axis::NegativeY));
     Ok(Loaded { up, ..finish(scene, warnings.finish()) })

@@ -2,6 +2,7 @@
 
 use super::header::{Encoding, Scalar};
 use crate::text::{Tokens, double, float, integer};
+use overcoat_core::math::half::half_to_f32;
 
 /// Reads values of either encoding.
 #[derive(Clone, Debug)]
@@ -129,7 +130,7 @@ fn binary(bytes: &mut &[u8], scalar: Scalar, big: bool) -> Result<(f32, i64), Mi
             let (&value, rest) = bytes.split_first_chunk().ok_or(Missing::End)?;
             *bytes = rest;
             let value = if big { u16::from_be_bytes(value) } else { u16::from_le_bytes(value) };
-            let value = half::f16::from_bits(value).to_f32();
+            let value = half_to_f32(value);
             (value, value as i64)
         }
         Scalar::F32 => read!(f32),

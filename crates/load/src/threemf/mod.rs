@@ -13,7 +13,6 @@
 //!
 //! Slicers write what they print into files of their own beside the model: which parts only change the settings of
 //! others, and the colours of the filaments (`slicer.rs`). They also paint triangles with them (`paint.rs`).
-pub(super) mod archive;
 mod beams;
 mod look;
 mod model;
@@ -29,7 +28,7 @@ use super::origin::{Origin, load_about};
 use super::warnings::Warnings;
 use super::warnings::counted;
 use super::{Context, LoadError, Loaded};
-use archive::Archive;
+use crate::archive::Archive;
 use look::Looks;
 use model::{Model, Purpose, Totals};
 use overcoat_core::limits::Limits;

@@ -5,10 +5,10 @@
 //! overlap them, and the filament that a part is printed with, whose colour it is shown in. All of it is optional: what
 //! cannot be read is as if it were not there.
 
-use super::archive::Archive;
 use super::property::color;
 use super::xml::{Tag, Xml, index, text_of};
 use crate::LoadError;
+use crate::archive::Archive;
 use crate::budget::Budget;
 use crate::warnings::Warnings;
 use std::collections::BTreeMap;

@@ -13,7 +13,7 @@ fn zip(parts: &[(&str, &[u8])], deflate: bool) -> Vec<u8> {
         let packed = if deflate { compress_to_vec(content, 6) } else { content.to_vec() };
         let mut fields = Vec::new();
         fields.extend([20, 0, 0, 0, if deflate { 8 } else { 0 }, 0, 0, 0, 0, 0]);
-        fields.extend(crc32fast::hash(content).to_le_bytes());
+        fields.extend(rawzip::crc32(content).to_le_bytes());
         fields.extend((packed.len() as u32).to_le_bytes());
         fields.extend((content.len() as u32).to_le_bytes());
         fields.extend((name.len() as u16).to_le_bytes());

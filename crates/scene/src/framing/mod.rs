@@ -21,6 +21,7 @@ use glam::DVec3;
 
 /// How a camera is placed when the user gives none.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Framing {
     /// From the model towards the camera, any length above 0.
     pub direction: [f32; 3],
@@ -55,6 +56,18 @@ impl Framing {
     pub const MARGIN: f32 = 0.04;
     /// Margin of a picture that shows a model's shadow on a floor: models are 3 percent smaller.
     pub const MARGIN_OVER_FLOOR: f32 = 0.053;
+
+    /// The same with another [`Framing::direction`].
+    #[must_use]
+    pub fn with_direction(self, direction: [f32; 3]) -> Self {
+        Self { direction, ..self }
+    }
+
+    /// The same with another [`Framing::aspect`].
+    #[must_use]
+    pub fn with_aspect(self, aspect: f32) -> Self {
+        Self { aspect, ..self }
+    }
 
     /// A view from the front and above: [`Framing::default`]'s, unless another one from there shows twice as much of the
     /// surface, as of flat models that lie or that it meets edge-on. A view from behind only for what shows its back to all of

@@ -310,13 +310,13 @@ mod tests {
             triangles: vec![[0, 1, 2]],
             ..MeshData::default()
         };
-        let camera = Camera {
-            eye: [0.0, 0.0, 1.0],
-            target: [0.0; 3],
-            up: [0.0, 1.0, 0.0],
-            projection: Projection::Orthographic { height: 1.0 },
-            near: 0.1,
-        };
+        let camera = Camera::new(
+            [0.0, 0.0, 1.0],
+            [0.0; 3],
+            [0.0, 1.0, 0.0],
+            Projection::Orthographic { height: 1.0 },
+            0.1,
+        );
         let view = View::new(&camera, width, height).expect("valid");
         let mut chunk = Chunk { range: 0..1, ..Chunk::default() };
         let job = ChunkJob {

@@ -117,8 +117,7 @@ mod tests {
         })
         .unwrap();
         let projection = Projection::Perspective { fov_y: 1.0 };
-        let camera =
-            Camera { eye: [0.0, 0.0, 10.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], projection, near: 1.0 };
+        let camera = Camera::new([0.0, 0.0, 10.0], [0.0; 3], [0.0, 1.0, 0.0], projection, 1.0);
         let view = View::new(&camera, 200, 100).unwrap();
         let none = ScreenVertices::default();
         let job = ChunkJob {

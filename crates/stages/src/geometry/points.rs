@@ -174,7 +174,7 @@ mod tests {
     use overcoat_scene::{Camera, MeshData, PrimitiveKind, Projection, Surfels};
 
     fn camera(projection: Projection) -> Camera {
-        Camera { eye: [0.0, 0.0, 10.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], projection, near: 1.0 }
+        Camera::new([0.0, 0.0, 10.0], [0.0; 3], [0.0, 1.0, 0.0], projection, 1.0)
     }
 
     fn seen(normal: [f32; 3], radius: f32, projection: Projection, size: Option<f32>) -> Option<Disc> {

@@ -71,6 +71,7 @@ impl PrefilteredEnvironment {
     }
 
     /// The same in fewer bytes, in seconds.
+    #[cfg(feature = "pack")]
     #[must_use]
     pub fn to_packed_bytes(&self) -> Vec<u8> {
         // What was just written is whole.

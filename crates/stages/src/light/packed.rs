@@ -7,6 +7,7 @@
 
 use super::file::{HEADER, RAW};
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
+#[cfg(any(test, feature = "pack"))]
 use std::num::NonZeroU64;
 
 /// First bytes from here on have a second.
@@ -16,6 +17,7 @@ const LONG: u8 = 0xc0;
 const LIMIT: usize = 1 << 24;
 
 /// Packs what [`to_bytes`](super::PrefilteredEnvironment::to_bytes) made. `None` if the bytes are something else.
+#[cfg(any(test, feature = "pack"))]
 pub(super) fn pack(file: &[u8]) -> Option<Vec<u8>> {
     let (header, mut rest) = file.split_at_checked(HEADER)?;
     let [mut codes, mut seconds, mut texels] = [const { Vec::new() }; 3];
@@ -41,7 +43,7 @@ pub(super) fn pack(file: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// The file that was packed; `None` if the bytes are something else.
-#[cfg_attr(feature = "quick-studio", allow(dead_code))]
+#[cfg_attr(feature = "fast-loading", allow(dead_code))]
 pub(super) fn unpack(packed: &[u8]) -> Option<Vec<u8>> {
     let parted = decompress_to_vec_zlib_with_limit(packed, LIMIT).ok()?;
     let (header, rest) = parted.split_at_checked(HEADER)?;

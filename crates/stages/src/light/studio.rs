@@ -17,19 +17,19 @@ use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 /// The prefiltered painting, see [`Studio::prefilter`].
-#[cfg(feature = "quick-studio")]
+#[cfg(feature = "fast-loading")]
 fn bytes() -> Option<Cow<'static, [u8]>> {
     Some(Cow::Borrowed(overcoat_assets::environment::STUDIO))
 }
 
 /// The prefiltered painting, see [`Studio::prefilter`].
-#[cfg(not(feature = "quick-studio"))]
+#[cfg(not(feature = "fast-loading"))]
 fn bytes() -> Option<Cow<'static, [u8]>> {
     super::packed::unpack(overcoat_assets::environment::STUDIO_PACKED).map(Cow::Owned)
 }
 
 impl PrefilteredEnvironment {
-    /// The built-in studio, unpacked once per process (about 2 ms, and without the feature `quick-studio` the time to inflate it).
+    /// The built-in studio, unpacked once per process (about 2 ms, and without the feature `fast-loading` the time to inflate it).
     #[must_use]
     pub fn studio() -> Arc<Self> {
         static STUDIO: OnceLock<Arc<PrefilteredEnvironment>> = OnceLock::new();

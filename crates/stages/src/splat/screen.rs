@@ -2,6 +2,7 @@
 
 use crate::geometry::View;
 use overcoat_core::color::srgb::linear_to_srgb;
+use overcoat_core::math::half::half_to_f32;
 use overcoat_scene::{
     LEAST_SPLAT_OPACITY, SplatCloud, SplatColorSpace, SplatOrder, Transform, rotation_rows,
 };
@@ -253,26 +254,9 @@ fn basis([x, y, z]: [f32; 3]) -> [f32; 15] {
     ]
 }
 
-/// A finite half float by its bits, exactly: its exponent differs by 112 from the same bits in an `f32`.
-fn half_to_f32(bits: u16) -> f32 {
-    const TWO_TO_112: f32 = f32::from_bits((127 + 112) << 23);
-    let magnitude = f32::from_bits(u32::from(bits & 0x7fff) << 13) * TWO_TO_112;
-    if bits & 0x8000 == 0 { magnitude } else { -magnitude }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn half_floats_are_exact() {
-        for bits in 0..=u16::MAX {
-            let expected = half::f16::from_bits(bits);
-            if expected.is_finite() {
-                assert_eq!(half_to_f32(bits).to_bits(), expected.to_f32().to_bits(), "{bits:#x}");
-            }
-        }
-    }
 
     /// Integrated over the sphere, each function has a mean square of 1 / (4 pi), and no two have a product.
     #[test]

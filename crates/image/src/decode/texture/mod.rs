@@ -2,10 +2,10 @@
 //! anything is allocated.
 mod damaged;
 mod kind;
+#[cfg_attr(not(feature = "textures"), path = "without_ktx2.rs")]
 mod ktx2;
 mod rows;
 
-use ::image::codecs::{jpeg::JpegDecoder, png::PngDecoder, webp::WebPDecoder};
 use ::image::{ImageDecoder, ImageFormat, ImageReader};
 use kind::Kind;
 use overcoat_core::formats::{self, FileFormat};
@@ -112,21 +112,21 @@ fn decoder(
     let bytes = Cursor::new(bytes);
     let mut limits = ::image::Limits::no_limits();
     limits.max_alloc = Some(max_bytes.saturating_add(DECODER_BYTES));
-    // All the others together.
-    if formats::built::MORE_TEXTURES && (formats::built::WEBP || format != ImageFormat::WebP) {
-        let mut reader = ImageReader::with_format(bytes, format);
-        reader.limits(limits);
-        return Ok(Box::new(reader.into_decoder().map_err(damaged)?));
+    if !is_built(format) {
+        return Err(damaged(format!("{format:?} pictures: {}", formats::LEFT_OUT)));
     }
-    // As the reader does, which has the others in it.
-    let mut decoder: Box<dyn ImageDecoder + '_> = match format {
-        ImageFormat::Png => Box::new(PngDecoder::with_limits(bytes, limits.clone()).map_err(damaged)?),
-        ImageFormat::Jpeg => Box::new(JpegDecoder::new(bytes).map_err(damaged)?),
-        ImageFormat::WebP if formats::built::WEBP => Box::new(WebPDecoder::new(bytes).map_err(damaged)?),
-        _ => return Err(damaged(format!("{format:?} pictures: {}", formats::LEFT_OUT))),
-    };
-    decoder.set_limits(limits).map_err(damaged)?;
-    Ok(decoder)
+    let mut reader = ImageReader::with_format(bytes, format);
+    reader.limits(limits);
+    Ok(Box::new(reader.into_decoder().map_err(damaged)?))
+}
+
+/// Whether a format is compiled in. (Another package may have compiled its decoder in for itself.)
+fn is_built(format: ImageFormat) -> bool {
+    match format {
+        ImageFormat::Png | ImageFormat::Jpeg => true,
+        ImageFormat::Gif | ImageFormat::Qoi | ImageFormat::Tiff => cfg!(feature = "more-textures"),
+        _ => cfg!(feature = "textures"),
+    }
 }
 
 /// Reads the header only, and checks it against `limits.texture_pixels`. `what` names the picture in the limit's

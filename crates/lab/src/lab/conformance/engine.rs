@@ -57,7 +57,7 @@ impl Engines {
         let mut built = overcoat_scene::Scene::new();
         let mesh = built.add_mesh(Self::ball()?)?;
         let material = built.add_material(scene.specimen.material())?;
-        built.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+        built.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
         if scene.sky == Sky::Lamp {
             built
                 .add_light(overcoat_scene::Light::directional(LAMP.map(|c| -c as f32), IRRADIANCE as f32))?;

@@ -16,7 +16,7 @@ fn of(scene: &Scene) -> Blockers {
 fn add(scene: &mut Scene, mesh: Mesh, material: Material, transform: Transform) {
     let mesh = scene.add_mesh(mesh).unwrap();
     let material = scene.add_material(material).unwrap();
-    scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
 }
 
 /// A scene of a plane of one material.
