@@ -1,7 +1,7 @@
 //! A ball under one lamp and an even sky: as the renderer draws it, and shaded anew from the normals of that picture.
 
 use overcoat::frame::Aov;
-use overcoat::render::{Quality, RenderOptions, Renderer};
+use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{
     Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, Material, Projection, Scene,
     ShadingModel, Transform, primitives,
