@@ -89,7 +89,7 @@ impl Rasterizer {
         let samples = self.pattern.len();
         for tile in 0..self.grid.len() {
             let [_, _, width, height] = self.grid.pixels(tile);
-            self.buffer.clear(width as usize, height as usize, samples);
+            self.buffer.clear(width as usize, height as usize, samples, f32::NEG_INFINITY);
             for run in self.bins.runs(tile) {
                 for &t in self.chunk.bins.triangles(run) {
                     let (triangle, origin) = (&self.chunk.triangles[t as usize], self.grid.origin(tile));
@@ -150,7 +150,7 @@ fn gbuffer(c: &mut Criterion) {
     let source = Single(Triangle::new(corners, [0, 1, 2], true).expect("it has an area"));
     let (origin, pattern) = (TileOrigin { x: 0, y: 0 }, SamplePattern::new(8).expect("8 samples exist"));
     let mut buffer = VisibilityBuffer::default();
-    buffer.clear(32, 32, 8);
+    buffer.clear(32, 32, 8, f32::NEG_INFINITY);
     overcoat_core::dispatch!(SimdLevel::best(), l => buffer.draw(l, &source.0, 0, origin, &pattern, None));
     let mut fragments: Vec<Fragment> = Vec::new();
     let mut batch = Batch::default();

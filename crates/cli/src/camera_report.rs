@@ -17,19 +17,23 @@ pub(super) struct CameraReport {
     height: Option<f32>,
     /// Distance in metres before which nothing is drawn.
     near: f32,
+    /// Distance in metres beyond which no surface is drawn, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    far: Option<f32>,
 }
 
 impl CameraReport {
     /// Of a camera in a scene.
     pub(super) fn new(camera: &Camera, scene: &Scene) -> Self {
-        let &Camera { eye, target, up, projection, near, .. } = camera;
+        let &Camera { eye, target, up, projection, near, far, .. } = camera;
         let origin = scene.origin();
         let [eye, target] = [eye, target].map(|p| std::array::from_fn(|k| f64::from(p[k]) + origin[k]));
         let (projection, fov_y_degrees, height) = match projection {
             Projection::Perspective { fov_y } => ("perspective", Some(degrees(fov_y)), None),
             Projection::Orthographic { height } => ("orthographic", None, Some(height)),
         };
-        Self { eye, target, up, projection, fov_y_degrees, height, near }
+        let far = far.is_finite().then_some(far);
+        Self { eye, target, up, projection, fov_y_degrees, height, near, far }
     }
 }
 

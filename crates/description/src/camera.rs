@@ -22,6 +22,8 @@ pub struct CameraDescription {
     pub fov_y_degrees: Option<f32>,
     /// Nothing nearer than this distance in metres is drawn.
     pub near: Option<f32>,
+    /// No surface farther than this distance in metres is drawn.
+    pub far: Option<f32>,
     /// Parallel projection that shows this many metres from top to bottom; 0 fits the model.
     pub orthographic_height: Option<f32>,
     /// Where an automatic camera stands: a name such as `front`, or `x,y,z`.
@@ -84,6 +86,7 @@ impl Description {
         if let Some(near) = self.camera.near {
             camera.near = near;
         }
+        camera.far = self.camera.far.unwrap_or(camera.far);
         camera.validate()?;
         Ok(camera)
     }
@@ -147,5 +150,7 @@ fn explicit_camera(
         Some(_) => Camera::MIN_NEAR,
         None => Camera::usual_near(eye, target),
     };
-    Ok(Camera::new(eye, target, description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near))
+    let mut camera = Camera::new(eye, target, description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near);
+    camera.far = description.far.unwrap_or(camera.far);
+    Ok(camera)
 }

@@ -440,8 +440,10 @@ pub(super) static CAMERA: &[Key<CameraDescription>] = &[
             .without_value("0"),
     )
     .in_requests(),
-    // Accepted for the sake of other programs' files.
-    Key::new("far", "Read over: there is no far limit"),
+    camera!("far", c.far, Number::positive("metres"), "No surface farther from the camera than this many metres is drawn")
+        .default("no limit")
+        .argument(Argument::new(Group::Camera, "far", "DISTANCE").conflicts(&["camera"]))
+        .in_requests(),
 ];
 
 impl Value<'_> {

@@ -112,6 +112,7 @@ mod tests {
         up = [0, 0, 1]
         fov_y_deg = 33.3
         near = 0.01
+        far = 100
         ortho_height = 0
         view = "1,2,3.3"
         camera = "main"

@@ -113,6 +113,7 @@ impl FrameMemory {
         FrameContext {
             grid,
             pattern,
+            least_depth: view.least_depth(),
             chunks: &geometry.chunks[..chunks],
             bins,
             states: &geometry.states,

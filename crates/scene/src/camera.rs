@@ -45,19 +45,21 @@ pub struct Camera {
     pub up: [f32; 3],
     /// Perspective or orthographic.
     pub projection: Projection,
-    /// Distance in metres along the view direction before which nothing is drawn, at least 1e-18. There is no far
-    /// limit.
+    /// Distance in metres along the view direction before which nothing is drawn, at least 1e-18.
     pub near: f32,
+    /// Distance in metres along the view direction beyond which no surface is drawn, above [`Camera::near`]; infinity for no limit.
+    /// The floor and the environment are not surfaces of the scene: they stay.
+    pub far: f32,
 }
 
 impl Camera {
     /// Smallest distance of the near plane in metres.
     pub const MIN_NEAR: f32 = 1e-18;
 
-    /// A camera of these numbers, which are those of its fields. They are checked when it is used: see [`Camera::validate`].
+    /// A camera of these numbers, which are those of its fields, without a far limit. They are checked when it is used: see [`Camera::validate`].
     #[must_use]
     pub fn new(eye: [f32; 3], target: [f32; 3], up: [f32; 3], projection: Projection, near: f32) -> Self {
-        Self { eye, target, up, projection, near }
+        Self { eye, target, up, projection, near, far: f32::INFINITY }
     }
 
     /// A camera at `eye` with `target` in the centre of its picture, both in metres. `up` may have any length but zero and
@@ -70,14 +72,8 @@ impl Camera {
     /// [`SceneError::NotFinite`] and [`SceneError::OutOfRange`] of a number; [`SceneError::NoLength`] if `up` is zero;
     /// [`SceneError::DegenerateCamera`] if eye and target coincide or up points along the view.
     pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3]) -> Result<Self, SceneError> {
-        Self {
-            eye,
-            target,
-            up: unit("camera up", up)?,
-            projection: Projection::Perspective { fov_y: std::f32::consts::FRAC_PI_6 },
-            near: Self::usual_near(eye, target),
-        }
-        .checked()
+        let projection = Projection::Perspective { fov_y: std::f32::consts::FRAC_PI_6 };
+        Self::new(eye, target, unit("camera up", up)?, projection, Self::usual_near(eye, target)).checked()
     }
 
     /// The camera, moved with what it belongs to; distances are scaled as lengths are.
@@ -98,6 +94,7 @@ impl Camera {
             up: unit("camera up", by.direction(self.up.map(f64::from)).map(|c| c as f32))?,
             projection,
             near: length(self.near),
+            far: length(self.far),
         }
         .checked()
     }
@@ -131,6 +128,14 @@ impl Camera {
     /// As [`Camera::validate`].
     pub fn near_from(self, near: f32) -> Result<Self, SceneError> {
         Self { near, ..self }.checked()
+    }
+
+    /// The same camera that draws nothing farther than a distance in metres along the view, above [`Camera::near`].
+    ///
+    /// # Errors
+    /// As [`Camera::validate`].
+    pub fn far_to(self, far: f32) -> Result<Self, SceneError> {
+        Self { far, ..self }.checked()
     }
 
     fn checked(self) -> Result<Self, SceneError> {
@@ -168,6 +173,11 @@ impl Camera {
         within("camera target", &self.target, -far, far)?;
         finite("camera up", &self.up)?;
         within("camera near distance", &[self.near], Self::MIN_NEAR, far)?;
+        // False of what is no number, too.
+        let is_beyond = self.far > self.near;
+        if !is_beyond {
+            return Err(SceneError::OutOfRange { what: "camera far distance", limit: self.near });
+        }
         match self.projection {
             Projection::Perspective { fov_y } => {
                 within("camera field of view", &[fov_y], 1e-3, std::f32::consts::PI - 1e-3)?;

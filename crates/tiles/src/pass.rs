@@ -20,6 +20,8 @@ pub struct FrameContext<'a> {
     pub grid: TileGrid,
     /// Samples of a pixel.
     pub pattern: &'a SamplePattern,
+    /// Depth of the camera's far limit, see [`View::least_depth`](overcoat_stages::geometry::View::least_depth).
+    pub least_depth: f32,
     /// Triangles on the screen, by draw.
     pub chunks: &'a [Chunk],
     /// The triangles of each tile.

@@ -37,11 +37,11 @@ pub struct TileVisibilityBuffer {
 
 impl TileVisibilityBuffer {
     /// Nothing is seen in a tile.
-    fn clear(&mut self, [width, height]: [u32; 2], samples: usize) {
+    fn clear(&mut self, [width, height]: [u32; 2], frame: &FrameContext<'_>) {
         self.identities.clear();
         self.discs.clear();
         self.small = 0;
-        self.samples.clear(width as usize, height as usize, samples);
+        self.samples.clear(width as usize, height as usize, frame.pattern.len(), frame.least_depth);
     }
 
     /// The next identity: a triangle or point of a chunk.
@@ -78,7 +78,7 @@ pub fn draw_triangles<L: Lanes>(
     cost: &mut TileCost,
 ) -> bool {
     let frame = pass.frame;
-    seen.clear(tile.size, frame.pattern.len());
+    seen.clear(tile.size, frame);
     for (number, run) in tile.runs.iter().enumerate() {
         if let Some(next) = tile.runs.get(number + 1) {
             prefetch_run(&frame.chunks[next.chunk as usize], next);

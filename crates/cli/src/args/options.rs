@@ -71,7 +71,7 @@ impl<G> Options<G> {
         let camera = &mut description.camera;
         if self.has("eye") || self.has("view") || self.has("camera") {
             (camera.eye, camera.view, camera.from_model) = (None, None, None);
-            (camera.target, camera.up, camera.near) = (None, None, None);
+            (camera.target, camera.up, camera.near, camera.far) = (None, None, None, None);
         }
         if self.has("fov") {
             camera.orthographic_height = None;

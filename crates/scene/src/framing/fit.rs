@@ -113,13 +113,9 @@ impl Fit {
         let [axis_x, axis_y, back] = axes;
         let eye = DVec3::from(center) + axis_x * x + axis_y * y + back * distance;
         let target = eye - back * (distance - 0.5 * (far + near)).max(extent * 1e-3);
-        Camera {
-            eye: eye.to_array().map(|v| v as f32),
-            target: target.to_array().map(|v| v as f32),
-            up: axis_y.to_array().map(|v| v as f32),
-            projection,
-            near: ((distance - near) * 0.5).max(extent * 1e-4) as f32,
-        }
+        let single = |v: DVec3| v.to_array().map(|v| v as f32);
+        let near = ((distance - near) * 0.5).max(extent * 1e-4) as f32;
+        Camera::new(single(eye), single(target), single(axis_y), projection, near)
     }
 }
 

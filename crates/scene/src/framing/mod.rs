@@ -136,13 +136,8 @@ impl Framing {
 
     /// Right, up and back of the view, of unit length.
     fn axes(&self) -> [DVec3; 3] {
-        let camera = Camera {
-            eye: self.direction,
-            target: [0.0; 3],
-            up: self.up,
-            projection: Projection::Perspective { fov_y: 1.0 },
-            near: 1.0,
-        };
+        let projection = Projection::Perspective { fov_y: 1.0 };
+        let camera = Camera::new(self.direction, [0.0; 3], self.up, projection, 1.0);
         let axes = camera.axes().unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         axes.map(DVec3::from)
     }

@@ -15,6 +15,8 @@ pub struct View {
     pub perspective: bool,
     /// Distance along the view before which nothing is drawn.
     pub near: f32,
+    /// Distance along the view beyond which nothing is drawn; infinity for no limit.
+    pub far: f32,
     /// Width of the picture in pixels.
     pub width: u32,
     /// Height of the picture in pixels.
@@ -40,9 +42,20 @@ impl View {
             scale,
             perspective,
             near: camera.near,
+            far: camera.far,
             width,
             height,
         })
+    }
+
+    /// Depth of the far limit, as the visibility buffer has it (greater is nearer): nothing of this depth or less is drawn.
+    #[must_use]
+    pub fn least_depth(&self) -> f32 {
+        match (self.far == f32::INFINITY, self.perspective) {
+            (true, _) => f32::NEG_INFINITY,
+            (false, true) => 1.0 / self.far,
+            (false, false) => -self.far,
+        }
     }
 
     /// The view of one draw: from object space to homogeneous screen coordinates.

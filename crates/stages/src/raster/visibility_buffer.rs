@@ -39,18 +39,19 @@ struct BlockSpan {
 }
 
 impl VisibilityBuffer {
-    /// Forgets everything: `width` x `height` pixels (up to 64 each) of `samples` samples, without a surface.
-    pub fn clear(&mut self, width: usize, height: usize, samples: usize) {
+    /// Forgets everything: `width` x `height` pixels (up to 64 each) of `samples` samples, without a surface. Only what is nearer than
+    /// `depth` is drawn, minus infinity for all.
+    pub fn clear(&mut self, width: usize, height: usize, samples: usize, depth: f32) {
         self.columns = width.div_ceil(BLOCK);
         self.samples = samples;
         (self.width, self.height) = (width as i32, height as i32);
         let blocks = self.columns * height.div_ceil(BLOCK);
         self.depth.clear();
-        self.depth.resize(blocks * samples, [f32::NEG_INFINITY; LANES]);
+        self.depth.resize(blocks * samples, [depth; LANES]);
         self.triangle.clear();
         self.triangle.resize(blocks * samples, [NO_TRIANGLE as i32; LANES]);
         self.block_depth.clear();
-        self.block_depth.resize(blocks, f32::NEG_INFINITY);
+        self.block_depth.resize(blocks, depth);
     }
 
     /// Takes as much memory as `other` has.
@@ -86,7 +87,7 @@ impl VisibilityBuffer {
         &self.triangle[block * self.samples..(block + 1) * self.samples]
     }
 
-    /// For each sample of a block, the depth of what its sixteen pixels see; minus infinity where that is nothing.
+    /// For each sample of a block, the depth of what its sixteen pixels see; where that is nothing, that of [`VisibilityBuffer::clear`].
     #[inline(always)]
     #[must_use]
     pub fn block_depths(&self, block: usize) -> &[[f32; LANES]] {
