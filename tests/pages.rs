@@ -61,6 +61,12 @@ impl Page {
         of_shells.flat_map(|block| joined(&block.lines)).collect()
     }
 
+    /// Code in the rows of tables.
+    pub fn cells(&self) -> Vec<String> {
+        let rows = self.text.lines().filter(|line| line.starts_with('|'));
+        rows.flat_map(|row| row.split('`').skip(1).step_by(2)).map(str::to_owned).collect()
+    }
+
     /// The file that a link of this page leads to, from the root of the tree.
     pub fn target(&self, link: &str) -> PathBuf {
         let mut path = PathBuf::from(&self.path);

@@ -43,7 +43,7 @@ fn argument(number: u8, op: SeccompCmpOp, value: i64) -> Result<SeccompRule, Bac
     SeccompRule::new(vec![SeccompCondition::new(number, SeccompCmpArgLen::Dword, op, value)?])
 }
 
-/// What the program needs from the kernel once it has been started.
+/// System calls that the program needs once it has been started.
 fn allowed() -> Result<Calls, BackendError> {
     let mut calls = Calls::new();
     let plain = [
@@ -173,7 +173,7 @@ fn any_of(number: u8, values: &[i64]) -> Result<Vec<SeccompRule>, BackendError> 
     values.iter().map(|&value| argument(number, Eq, value)).collect()
 }
 
-/// What only a program that was taken over would do.
+/// System calls that only a program that was taken over would make.
 fn deadly() -> Result<Calls, BackendError> {
     let mut calls = Calls::new();
     let plain = [

@@ -13,7 +13,7 @@ const NEEDED: ABI = ABI::V1;
 /// The newest that this was written for: what a kernel has of it is used.
 const WANTED: ABI = ABI::V7;
 
-/// What users read who have none.
+/// Message where the kernel has no Landlock.
 const MISSING: &str = "this kernel has no landlock, which Linux has from 5.13 on, or was started without it";
 
 /// Restricts this thread and all that it starts.

@@ -28,7 +28,7 @@ mod files;
 
 use std::path::{Path, PathBuf};
 
-/// What a process may still do with the file system.
+/// Rights of a process to the file system.
 ///
 /// Paths that do not exist are left out, so that who opens them finds that out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
