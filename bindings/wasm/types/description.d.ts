@@ -16,8 +16,8 @@ export interface Description {
     camera?: string | number;
     /** Position of the camera in metres, in the scene: the upright model, +Y is up. */
     eye?: [number, number, number];
-    /** Read over: there is no far limit. */
-    far?: unknown;
+    /** No surface farther from the camera than this many metres is drawn [default: no limit]. */
+    far?: number;
     /** Vertical field of view in degrees, 0.1 to 179 [default: 30]. */
     fov_y_deg?: number;
     /** Nothing nearer to the camera than this many metres is drawn [default: by the distance]. */
@@ -47,22 +47,22 @@ export interface Description {
   ground_truth?: unknown;
   /** Lights beside those of the model file. */
   light?: ({
-    /** Linear red, green and blue, or an sRGB colour #rrggbb; white if absent. */
+    /** Linear red, green and blue, or an sRGB colour #rrggbb [default: white]. */
     color?: [number, number, number] | string;
     /** In which the light travels; any length but zero. */
     direction: [number, number, number];
     /** Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes. */
     intensity: number;
-    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent, 0 to 1. */
+    /** Least roughness (alpha) of what it shines on, where a material honours it, 0 to 1 [default: 0]. */
     min_roughness?: number;
     /** What kind of light it is. */
     type: "directional";
   } | {
-    /** Linear red, green and blue, or an sRGB colour #rrggbb; white if absent. */
+    /** Linear red, green and blue, or an sRGB colour #rrggbb [default: white]. */
     color?: [number, number, number] | string;
     /** Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes. */
     intensity: number;
-    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent, 0 to 1. */
+    /** Least roughness (alpha) of what it shines on, where a material honours it, 0 to 1 [default: 0]. */
     min_roughness?: number;
     /** Where it is, of a rectangle its centre, in metres. */
     position: [number, number, number];
@@ -71,15 +71,15 @@ export interface Description {
     /** What kind of light it is. */
     type: "point";
   } | {
-    /** Linear red, green and blue, or an sRGB colour #rrggbb; white if absent. */
+    /** Linear red, green and blue, or an sRGB colour #rrggbb [default: white]. */
     color?: [number, number, number] | string;
-    /** Half angle inside which it is full, in degrees; 0 if absent, 0 to 90. */
+    /** Half angle inside which it is full, in degrees, 0 to 90 [default: 0]. */
     inner_cone_deg?: number;
     /** Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes. */
     intensity: number;
-    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent, 0 to 1. */
+    /** Least roughness (alpha) of what it shines on, where a material honours it, 0 to 1 [default: 0]. */
     min_roughness?: number;
-    /** Half angle outside which it is dark, in degrees; 45 if absent, 0 to 90. */
+    /** Half angle outside which it is dark, in degrees, 0 to 90 [default: 45]. */
     outer_cone_deg?: number;
     /** Where it is, of a rectangle its centre, in metres. */
     position: [number, number, number];
@@ -90,7 +90,7 @@ export interface Description {
     /** What kind of light it is. */
     type: "spot";
   } | {
-    /** Linear red, green and blue, or an sRGB colour #rrggbb; white if absent. */
+    /** Linear red, green and blue, or an sRGB colour #rrggbb [default: white]. */
     color?: [number, number, number] | string;
     /** Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes. */
     intensity: number;
@@ -104,10 +104,10 @@ export interface Description {
     two_sided?: boolean;
     /** What kind of light it is. */
     type: "rect";
-    /** Which way is up on it; +Y if absent. */
+    /** Which way is up on it [default: +Y]. */
     up?: [number, number, number];
   } | {
-    /** Linear red, green and blue, or an sRGB colour #rrggbb; white if absent. */
+    /** Linear red, green and blue, or an sRGB colour #rrggbb [default: white]. */
     color?: [number, number, number] | string;
     /** One end of its axis, in metres. */
     from: [number, number, number];

@@ -26,6 +26,8 @@ class Camera(TypedDict, total=False):
     """Camera of the model file, by name or by number from 0."""
     eye: Vector
     """Position of the camera in metres, in the scene: the upright model, +Y is up."""
+    far: float
+    """No surface farther from the camera than this many metres is drawn [default: no limit]."""
     fov_y_deg: float
     """Vertical field of view in degrees, 0.1 to 179 [default: 30]."""
     near: float
