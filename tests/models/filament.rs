@@ -154,10 +154,9 @@ impl Fragment {
                 roughens_base: true,
             }),
             anisotropy: None,
-            sheen: self.sheen.map(|(color, p)| Sheen {
-                color: Vec3::splat(l, [color; 3]),
-                perceptual_roughness: l.splat(p),
-            }),
+            sheen: self
+                .sheen
+                .map(|(color, p)| Sheen { color: Vec3::splat(l, [color; 3]), roughness: l.splat(p) }),
         }
     }
 
@@ -278,7 +277,7 @@ fn mask_zero_is_no_coat_bit_for_bit() {
                 coat: Some(coat),
                 anisotropy: None,
                 sheen: sheen
-                    .then(|| Sheen { color: random.color(l), perceptual_roughness: random.units(l) }),
+                    .then(|| Sheen { color: random.color(l), roughness: random.units(l) }),
             };
             let bare = SurfaceData { coat: None, ..coated };
             let one = l.splat(1.0);
@@ -331,9 +330,7 @@ fn lobes_are_reciprocal() {
                 direction: Vec3::splat(l, [0.6, 0.8, 0.0]),
                 geometric_normal: up,
             }),
-            sheen: random
-                .coin()
-                .then(|| Sheen { color: random.color(l), perceptual_roughness: random.units(l) }),
+            sheen: random.coin().then(|| Sheen { color: random.color(l), roughness: random.units(l) }),
         };
         let [there, back] = [(a, b), (b, a)].map(|(view, light)| {
             let parameters = standard::parameters(l, QUALITIES[round % 2], &data, up, view);
@@ -534,7 +531,7 @@ fn standard_is_finite<L: Lanes>(l: L, random: &mut Random, round: usize) {
             None
         },
         sheen: if options & 32 == 32 {
-            Some(Sheen { color: random.color(l), perceptual_roughness: random.units(l) })
+            Some(Sheen { color: random.color(l), roughness: random.units(l) })
         } else {
             None
         },

@@ -76,7 +76,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Evaluated {
         perceptual_smoothness: smoothness,
         anisotropy: match &lot.anisotropy {
             Some((amount, tangent)) => {
-                Some(Anisotropy { amount: l.load(amount), tangent: load3(l, tangent) })
+                Some(Anisotropy { strength: l.load(amount), tangent: load3(l, tangent) })
             }
             None => None,
         },

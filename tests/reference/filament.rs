@@ -102,7 +102,7 @@ fn standard_surface<L: Lanes>(l: L, batch: &Batch<'_>) -> Surface<L> {
         }),
         sheen: on("sheen").then(|| Sheen {
             color: load3(l, batch, "sheenColor"),
-            perceptual_roughness: load(l, batch, "sheenRoughness"),
+            roughness: load(l, batch, "sheenRoughness"),
         }),
     };
     let parameters =

@@ -39,7 +39,7 @@ fn material<L: Lanes>(l: L, batch: &Batch<'_>) -> SurfaceData<L> {
         reflectance,
         perceptual_smoothness: load(l, batch, "perceptualSmoothness"),
         anisotropy: has(ANISOTROPY)
-            .then(|| Anisotropy { amount: load(l, batch, "anisotropy"), tangent: load3(l, batch, "T") }),
+            .then(|| Anisotropy { strength: load(l, batch, "anisotropy"), tangent: load3(l, batch, "T") }),
         iridescence: has(IRIDESCENCE).then(|| Iridescence {
             mask: load(l, batch, "iridescenceMask"),
             thickness: load(l, batch, "iridescenceThickness"),

@@ -45,7 +45,7 @@ pub(super) enum Stop {
     /// There will be none.
     Error(RenderError),
     /// Some textures cannot be decoded: the scene without them, which is to be drawn.
-    LostTextures(Scene),
+    LostTextures(Box<Scene>),
     /// Levels of the environment were read that nobody foresaw: they are known now.
     MoreLight,
     /// A limit was passed with tiles of a size that was asked for: those of the default say which limit.
@@ -230,7 +230,7 @@ impl<'a> Attempt<'a> {
 /// `Ok` if all textures of a scene can be decoded, as far as that was tried.
 fn check_lost(scene: &Scene) -> Result<(), Stop> {
     match scene.without_lost_textures() {
-        Some(rest) => Err(Stop::LostTextures(rest)),
+        Some(rest) => Err(Stop::LostTextures(Box::new(rest))),
         None => Ok(()),
     }
 }

@@ -101,7 +101,7 @@ impl Memory {
             match self.attempt(&request, target) {
                 Ok(drawn) => return Ok(drawn),
                 Err(Stop::Error(error)) => return Err(error),
-                Err(Stop::LostTextures(rest)) => without_lost = Some(rest),
+                Err(Stop::LostTextures(rest)) => without_lost = Some(*rest),
                 Err(Stop::MoreLight) => {}
                 Err(Stop::DefaultTiles) => options.to_mut().tile_size = None,
             }

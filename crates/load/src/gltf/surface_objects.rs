@@ -6,6 +6,7 @@ use super::properties::{Goal, Number, Property, Texture, Unread};
 use overcoat_scene::parameters::{self as p, Range};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use std::borrow::Borrow;
 
 /// Declares an object: where it stands and what finds it there, and of each member its type and what it becomes. `with` has
 /// members that are no property.
@@ -63,7 +64,7 @@ macro_rules! property {
             path: path!($path $member),
             parameter: &p::$parameter,
             channel: $channel,
-            read: |m| Some($object(m)?.$member.as_ref()?),
+            read: |m| given(&$object(m)?.$member),
         })
     };
     ($path:literal $object:ident $member:ident unread ($instead:literal, $condition:expr)) => {
@@ -164,6 +165,11 @@ impl Numbers for OneNumber {
             Self::Number(number) | Self::List([number]) => number.numbers(),
         }
     }
+}
+
+/// A texture that the file gives, boxed or not.
+fn given<T: Borrow<TextureInfo>>(member: &Option<T>) -> Option<&TextureInfo> {
+    member.as_ref().map(T::borrow)
 }
 
 /// A member that is not read.

@@ -41,6 +41,7 @@
 //! Every result is finite for finite inputs in range and unit vectors.
 
 pub use super::EnvironmentQuery;
+pub use super::layers::Anisotropy;
 
 use crate::brdf::diffuse::{TRANSMISSION_WRAP_LIGHT, disney, wrapped_cosine};
 use crate::brdf::fgd::pre_integrated_fgd;
@@ -96,15 +97,6 @@ pub enum Reflectance<L: Lanes> {
         /// F0, linear, 0 to 1.
         color: V3<L>,
     },
-}
-
-/// A stretched lobe.
-#[derive(Clone, Copy)]
-pub struct Anisotropy<L: Lanes> {
-    /// -1 to 1: positive stretches the highlight along the tangent.
-    pub amount: L::F,
-    /// Unit tangent, perpendicular to the normal. The bitangent is cross(normal, tangent); its sign has no effect.
-    pub tangent: V3<L>,
 }
 
 /// A thin film on the base, below the coat.
@@ -193,7 +185,7 @@ pub fn convert_surface_data<L: Lanes>(l: L, data: &SurfaceData<L>) -> BsdfData<L
     };
     let roughness = perceptual_roughness.squared();
     let roughness = match data.anisotropy {
-        Some(anisotropy) => anisotropic_roughness(l, roughness, anisotropy.amount),
+        Some(anisotropy) => anisotropic_roughness(l, roughness, anisotropy.strength),
         None => [roughness; 2],
     };
     BsdfData {
@@ -318,7 +310,7 @@ pub fn surface<L: Lanes>(
     let p = bsdf.perceptual_roughness;
     let fgd = pre_integrated_fgd(l, fgd, clamped_n_dot_v, p, bsdf.fresnel0);
     let (part_lambda_v, ibl_normal, ibl_perceptual_roughness, frame) = match bsdf.anisotropy {
-        Some(Anisotropy { amount, tangent }) => {
+        Some(Anisotropy { strength: amount, tangent }) => {
             let bitangent = normal.cross(tangent);
             let local = Vec3::new(tangent.dot(view), bitangent.dot(view), clamped_n_dot_v);
             let lambda = anisotropic_part_lambda(l, local, bsdf.roughness);

@@ -17,6 +17,7 @@
 //! Lanes with a coat mask of exactly 0 keep the bits of a material without coat (but -0 may become 0).
 
 pub use crate::coat::EnvironmentQuery;
+pub use crate::coat::layers::Sheen;
 
 use super::{
     Half, LEAST_ANISOTROPIC, Quality, bent_mirror, clamp_n_dot_v, d_ggx, dominant_direction,
@@ -64,15 +65,6 @@ pub struct Anisotropy<L: Lanes> {
     pub direction: V3<L>,
     /// Unit normal of the triangle or its interpolation, before normal maps.
     pub geometric_normal: V3<L>,
-}
-
-/// Cloth on top of the base.
-#[derive(Clone, Copy)]
-pub struct Sheen<L: Lanes> {
-    /// `sheenColor`, linear, 0 to 1.
-    pub color: V3<L>,
-    /// `sheenRoughness`, perceptual, 0 to 1.
-    pub perceptual_roughness: L::F,
 }
 
 /// `MaterialInputs` for sixteen fragments. Options are for all lanes.
@@ -229,7 +221,7 @@ pub fn parameters<L: Lanes>(
     };
     let sheen = match &data.sheen {
         Some(sheen) => {
-            let p = sheen.perceptual_roughness.clamp_to(least, 1.0);
+            let p = sheen.roughness.clamp_to(least, 1.0);
             Some(SheenParameters { color: sheen.color, perceptual_roughness: p, roughness: p * p })
         }
         None => None,

@@ -49,7 +49,7 @@ mod indirect;
 mod lobe;
 
 pub use super::EnvironmentQuery;
-pub use super::layers::{Coat, Iridescence, Sheen};
+pub use super::layers::{Anisotropy, Coat, Iridescence, Sheen};
 pub use direct::direct;
 pub use indirect::{Environment, indirect};
 pub use lobe::roughness_of_lookups;
@@ -78,15 +78,6 @@ const LEAST_ROUGHNESS: f32 = 0.045;
 
 /// Least perceptual roughness of sheen: Charlie divides by its square.
 const LEAST_SHEEN_ROUGHNESS: f32 = 0.07;
-
-/// The anisotropy of a material.
-#[derive(Clone, Copy)]
-pub struct Anisotropy<L: Lanes> {
-    /// 0 to 1.
-    pub strength: L::F,
-    /// Unit vector along the larger roughness.
-    pub tangent: V3<L>,
-}
 
 /// Sixteen fragments' material. A feature that is `None` costs nothing and is one for all lanes.
 #[derive(Clone, Copy)]

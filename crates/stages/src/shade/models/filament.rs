@@ -51,7 +51,7 @@ impl AdditiveModel for Standard {
             }),
             sheen: (lobes.sheen.color.factor != [0.0; 3]).then_some(Sheen {
                 color: surface.lobes.sheen_color,
-                perceptual_roughness: surface.lobes.sheen_roughness,
+                roughness: surface.lobes.sheen_roughness,
             }),
         };
         let table = tables::filament_dfg();

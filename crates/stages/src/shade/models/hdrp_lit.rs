@@ -52,7 +52,7 @@ impl Model for HdrpLit {
             reflectance,
             perceptual_smoothness: smoothness,
             anisotropy: (lobes.anisotropy.strength != 0.0)
-                .then_some(Anisotropy { amount: surface.lobes.anisotropy, tangent: surface.tangent }),
+                .then_some(Anisotropy { strength: surface.lobes.anisotropy, tangent: surface.tangent }),
             iridescence: (lobes.iridescence.mask.factor > 0.0).then_some(Iridescence {
                 mask: surface.lobes.iridescence,
                 thickness: hdrp_film_thickness(surface),
