@@ -189,7 +189,7 @@ impl Memory {
             let geometry = trace::geometry(vertices, chunks, states, &draws, splats.in_order());
             let light = (&self.passes.effects, &self.lights, &self.ground);
             let mirror = mirrored.as_ref().map(|_| &self.mirror);
-            hashes_before_tiles(request, StageHashes::before_tiles(scene, &filtered, geometry), light, mirror)
+            hashes_before_tiles(request, trace::before_tiles(scene, &filtered, geometry), light, mirror)
         });
 
         // Say what all tiles share.
@@ -277,7 +277,7 @@ impl Memory {
             drawn.stats.add_cost(mirrored);
         }
         drawn.stats.stage_hashes =
-            hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &drawn.frame));
+            hashes.zip(found.hashes).map(|(hashes, found)| trace::after_tiles(hashes, &found, &drawn.frame));
         (drawn.frame.aovs, drawn.tinted) = (found.aovs, found.tinted);
         self.draws = emptied(draws);
         textures.end();
