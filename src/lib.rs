@@ -118,9 +118,27 @@ pub mod frame {
 #[cfg(feature = "golden")]
 pub mod golden {
     #[doc(inline)]
-    pub use overcoat_golden::{
-        DescribedGolden, Golden, GoldenError, GoldenFolder, check, metrics, thresholds,
-    };
+    pub use overcoat_golden::{DescribedGolden, Golden, GoldenError, GoldenFolder};
+
+    /// Two pictures compared.
+    pub mod check {
+        #[doc(inline)]
+        pub use overcoat_golden::check::{FileResult, Verdict, compare_all_frames, compare_pictures};
+    }
+
+    /// How far two pictures are from each other.
+    pub mod metrics {
+        #[doc(inline)]
+        pub use overcoat_golden::metrics::exact::ExactDifference;
+        #[doc(inline)]
+        pub use overcoat_golden::metrics::{Measured, MetricSettings, Metrics, measure};
+    }
+
+    /// How far two pictures may be from each other, by file name.
+    pub mod thresholds {
+        #[doc(inline)]
+        pub use overcoat_golden::thresholds::{ThresholdFile, ThresholdProblem, Thresholds};
+    }
 }
 
 /// Worker threads: ordered parallel map and for-each over fixed chunks.

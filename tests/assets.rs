@@ -47,7 +47,7 @@ fn generator_makes_the_committed_bytes() {
 #[test]
 fn all_files_together_stay_small() {
     let size: u64 = files(&assets()).iter().map(|p| p.metadata().expect("it exists").len()).sum();
-    // The studio is there twice: as it is read in two milliseconds, and in the fewest bytes (`quick-studio`).
+    // The studio is there twice: as it is read in two milliseconds, and in the fewest bytes (without the feature `fast-loading`).
     assert!(size < 8_500_000, "{size} bytes");
 }
 

@@ -2,6 +2,7 @@
 
 use super::GoldenError;
 use super::check::compare;
+#[cfg(feature = "compress")]
 use super::compress::{Effort, compress_png};
 use super::thresholds::Thresholds;
 use super::walk::Pair;
@@ -52,15 +53,7 @@ pub fn prepare(
     }
     let bytes = read_file(actual, limits)?;
     let picture = DecodedPicture::from_bytes(&bytes, limits)?;
-    let small = if !bytes.starts_with(b"\x89PNG") {
-        bytes
-    } else {
-        match compress_png(&bytes, Effort::Strongest, limits) {
-            Ok(small) => small,
-            Err(GoldenError::Animated) => bytes,
-            Err(error) => return Err(error),
-        }
-    };
+    let small = compressed(bytes, limits)?;
     // Codes are no NaN, so that equality of numbers is equality of bits.
     if !picture.kind.is_linear() && DecodedPicture::from_bytes(&small, limits)? != picture {
         return Err(GoldenError::CompressionChanged);
@@ -71,6 +64,24 @@ pub fn prepare(
         return Ok(Accepted::Unchanged);
     }
     Ok(Accepted::Written { path, bytes: small, before: stored.map(|stored| stored.len()) })
+}
+
+/// A still PNG file as small as it gets; other files as they are.
+#[cfg(feature = "compress")]
+fn compressed(bytes: Vec<u8>, limits: &Limits) -> Result<Vec<u8>, GoldenError> {
+    if !bytes.starts_with(b"\x89PNG") {
+        return Ok(bytes);
+    }
+    match compress_png(&bytes, Effort::Strongest, limits) {
+        Err(GoldenError::Animated) => Ok(bytes),
+        done => done,
+    }
+}
+
+/// Files as they are.
+#[cfg(not(feature = "compress"))]
+fn compressed(bytes: Vec<u8>, _: &Limits) -> Result<Vec<u8>, GoldenError> {
+    Ok(bytes)
 }
 
 /// Writes what [`prepare`] found, and removes an actual `x.new.png` that has become `x.png`.

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// panics with both paths; once the picture is as expected again, the file goes away. `overcoat golden report` shows
 /// such files beside the expected ones, and `overcoat golden accept` takes them.
 ///
-/// With the environment variable `UPDATE_GOLDENS=1` the picture is recorded instead, compressed, and the test **fails all
+/// With the environment variable `UPDATE_GOLDENS=1` the picture is recorded instead, and the test **fails all
 /// the same**: whoever records a picture has looked at it, and runs the tests again.
 ///
 /// Pictures must be equal in every pixel, unless a `thresholds.toml` in the folder says otherwise (see

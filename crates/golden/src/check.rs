@@ -96,23 +96,23 @@ impl FileResult {
     pub fn new(name: &str, verdict: Verdict, reason: impl Into<String>) -> Self {
         Self { name: name.to_owned(), verdict, reasons: vec![reason.into()], metrics: None }
     }
+}
 
-    /// Bad results order before good ones, then by what a person sees, then by the largest difference, then by name.
-    #[must_use]
-    pub fn badness_order(&self, other: &Self) -> std::cmp::Ordering {
-        let key = |r: &Self| {
-            let m = r.metrics.as_ref();
-            // What has no measures because the sizes differ is worse than what has.
-            m.map_or((f64::INFINITY, 0.0), |m| (m.flip_mean, m.exact.max_abs))
-        };
-        let ((flip_a, abs_a), (flip_b, abs_b)) = (key(self), key(other));
-        (!other.verdict.is_good())
-            .cmp(&!self.verdict.is_good())
-            .then(other.verdict.is_compared().cmp(&self.verdict.is_compared()).reverse())
-            .then(flip_b.total_cmp(&flip_a))
-            .then(abs_b.total_cmp(&abs_a))
-            .then_with(|| self.name.cmp(&other.name))
-    }
+/// Bad results order before good ones, then by what a person sees, then by the largest difference, then by name.
+#[must_use]
+pub fn badness_order(a: &FileResult, b: &FileResult) -> std::cmp::Ordering {
+    let key = |r: &FileResult| {
+        let m = r.metrics.as_ref();
+        // What has no measures because the sizes differ is worse than what has.
+        m.map_or((f64::INFINITY, 0.0), |m| (m.flip_mean, m.exact.max_abs))
+    };
+    let ((flip_a, abs_a), (flip_b, abs_b)) = (key(a), key(b));
+    (!b.verdict.is_good())
+        .cmp(&!a.verdict.is_good())
+        .then(b.verdict.is_compared().cmp(&a.verdict.is_compared()).reverse())
+        .then(flip_b.total_cmp(&flip_a))
+        .then(abs_b.total_cmp(&abs_a))
+        .then_with(|| a.name.cmp(&b.name))
 }
 
 /// A result with what it was made of, for reports.
@@ -248,7 +248,7 @@ pub fn compare_all_frames(
             Verdict::Within => within.push((k, result.reasons.join("; "))),
             _ => other_pictures.push((k, result.reasons.join("; "))),
         }
-        if worst.as_ref().is_none_or(|(most, ..)| result.badness_order(most).is_lt()) {
+        if worst.as_ref().is_none_or(|(most, ..)| badness_order(&result, most).is_lt()) {
             worst = Some((result, measured, k));
         }
     }
@@ -320,8 +320,8 @@ fn depth_reason(expected: SampleKind, actual: SampleKind) -> String {
     format!("expected {expected} a channel, actual {actual}")
 }
 
-/// Why a stored file is larger than it may be, or, with the feature `accept`, than it must be.
-#[cfg_attr(not(feature = "accept"), allow(unused_variables))]
+/// Why a stored file is larger than it may be, or, with the feature `compress`, than it must be.
+#[cfg_attr(not(feature = "compress"), allow(unused_variables))]
 fn oversize(
     stored: &[u8],
     picture: &DecodedPicture,
@@ -333,8 +333,8 @@ fn oversize(
     {
         return Some(format!("{} bytes are stored, {most} are allowed (max_bytes)", stored.len()));
     }
-    #[cfg(feature = "accept")]
+    #[cfg(feature = "compress")]
     return super::compress::oversize(stored, picture, limits);
-    #[cfg(not(feature = "accept"))]
+    #[cfg(not(feature = "compress"))]
     None
 }

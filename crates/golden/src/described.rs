@@ -187,7 +187,7 @@ impl DescribedGolden {
         }
     }
 
-    /// Records a picture: writes the `.png`, compressed, and the hash into the `.toml`, of which nothing else changes.
+    /// Records a picture: writes the `.png` and the hash into the `.toml`, of which nothing else changes.
     ///
     /// Returns the error that ends the test: [`GoldenError::Recorded`], or what kept the picture from being
     /// recorded. Recording never passes.

@@ -30,12 +30,11 @@
 //! # Ok::<(), overcoat::golden::GoldenError>(())
 //! ```
 
-#[cfg(feature = "accept")]
 #[doc(hidden)]
 pub mod accept;
 mod assertion;
 pub mod check;
-#[cfg(feature = "accept")]
+#[cfg(feature = "compress")]
 #[doc(hidden)]
 pub mod compress;
 mod described;

@@ -199,7 +199,7 @@ impl<'a> Attempt<'a> {
         self.times.tiles += self.pool.lap();
         drawn.stats = self.stats(frame, &found, &work);
         drawn.stats.stage_hashes =
-            hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &drawn.frame));
+            hashes.zip(found.hashes).map(|(hashes, found)| trace::after_tiles(hashes, &found, &drawn.frame));
         (drawn.frame.aovs, drawn.tinted) = (found.aovs, found.tinted);
         drawn
     }

@@ -143,7 +143,7 @@ impl FrameMemory {
         let GeometryMemory { states, vertices, chunks, .. } = &self.geometry;
         let splats = self.splats.of(scene, attempt.view);
         let geometry = trace::geometry(vertices, &chunks[..listed.chunks], states, draws, splats.in_order());
-        let mut hashes = StageHashes::before_tiles(scene, filtered, geometry);
+        let mut hashes = trace::before_tiles(scene, filtered, geometry);
         let has_ground = options.ground.is_seen();
         (hashes.depth_maps, hashes.hierarchy) = effects.hashes(has_ground);
         let lights = &self.lights;

@@ -262,20 +262,20 @@ pub fn geometry<'a>(
     hasher.digest128()
 }
 
-impl StageHashes {
-    /// Of what there is before the tiles are drawn.
-    pub fn before_tiles(of: &Scene, filtered: &PrefilteredEnvironment, geometry: u128) -> Self {
-        Self { scene: scene(of), environment: environment(filtered), geometry, ..Self::default() }
-    }
+/// Hashes of what there is before the tiles are drawn.
+pub fn before_tiles(of: &Scene, filtered: &PrefilteredEnvironment, geometry: u128) -> StageHashes {
+    StageHashes { scene: scene(of), environment: environment(filtered), geometry, ..StageHashes::default() }
+}
 
-    /// Fills in what the tiles found and what became of it.
-    pub fn finish(mut self, fragments: &FragmentHashes, frame: &Frame) -> Self {
-        self.raster = fragments.raster;
-        self.gbuffer = fragments.gbuffer;
-        self.visibility = fragments.visibility;
-        self.shading = fragments.shading;
-        self.resolve = frame.digest();
-        self
+/// The same with what the tiles found and what became of it.
+pub fn after_tiles(before: StageHashes, fragments: &FragmentHashes, frame: &Frame) -> StageHashes {
+    StageHashes {
+        raster: fragments.raster,
+        gbuffer: fragments.gbuffer,
+        visibility: fragments.visibility,
+        shading: fragments.shading,
+        resolve: frame.digest(),
+        ..before
     }
 }
 

@@ -19,6 +19,8 @@ struct Package {
     lines: Vec<(String, String)>,
     /// Source of a public path, as it is written in the code.
     uses: BTreeMap<String, String>,
+    /// The path of the same item in the modules where it is written, which other packages' documents have.
+    written: BTreeMap<String, String>,
 }
 
 /// The path that begins in `text`, without parameters of types.
@@ -48,14 +50,19 @@ fn path_of(line: &str, package: &str) -> Option<String> {
 }
 
 /// Adds the re-exports of a module and of those in it.
-fn add_uses(index: &Value, module: &Value, path: &str, uses: &mut BTreeMap<String, String>) {
+fn add_uses(document: &Value, module: &Value, path: &str, package: &mut Package) {
     for id in module["inner"]["module"]["items"].as_array().into_iter().flatten() {
-        let item = &index[id.to_string()];
+        let item = &document["index"][id.to_string()];
         if let Some(found) = item["inner"].get("use") {
-            let (name, source) = (found["name"].as_str().unwrap_or(""), found["source"].as_str().unwrap_or(""));
-            uses.insert(format!("{path}::{name}"), source.to_owned());
+            let (name, source) =
+                (found["name"].as_str().unwrap_or(""), found["source"].as_str().unwrap_or(""));
+            let path = format!("{path}::{name}");
+            let written = document["paths"][found["id"].to_string()]["path"].as_array().into_iter().flatten();
+            let written: Vec<&str> = written.filter_map(Value::as_str).collect();
+            package.written.insert(path.clone(), written.join("::"));
+            package.uses.insert(path, source.to_owned());
         } else if let Some(name) = item["name"].as_str().filter(|_| item["inner"].get("module").is_some()) {
-            add_uses(index, item, &format!("{path}::{name}"), uses);
+            add_uses(document, item, &format!("{path}::{name}"), package);
         }
     }
 }
@@ -66,9 +73,9 @@ fn read(path: &Path, name: &str) -> Result<Package, Box<dyn Error>> {
     let lines = items.items().map(ToString::to_string);
     let lines = lines.filter_map(|line| Some((path_of(&line, name)?, line))).collect();
     let document: Value = serde_json::from_str(&std::fs::read_to_string(path)?)?;
-    let (index, mut uses) = (&document["index"], BTreeMap::new());
-    add_uses(index, &index[document["root"].to_string()], name, &mut uses);
-    Ok(Package { lines, uses })
+    let mut package = Package { lines, uses: BTreeMap::new(), written: BTreeMap::new() };
+    add_uses(&document, &document["index"][document["root"].to_string()], name, &mut package);
+    Ok(package)
 }
 
 /// Where the item at a path is defined, or what is known of that.
@@ -76,7 +83,11 @@ fn definition(packages: &BTreeMap<String, Package>, path: &str) -> String {
     let mut path = path.to_owned();
     while let Some(package) = path.split("::").next().and_then(|name| packages.get(name)) {
         let is_here = package.lines.iter().any(|(p, line)| *p == path && !line.starts_with("pub use "));
-        match package.uses.get(&path).filter(|source| !is_here && packages.contains_key(source.split("::").next().unwrap_or(""))) {
+        match package
+            .uses
+            .get(&path)
+            .filter(|source| !is_here && packages.contains_key(source.split("::").next().unwrap_or("")))
+        {
             Some(source) => path.clone_from(source),
             None => break,
         }
@@ -112,7 +123,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Longer paths first, so that a module does not stand in for what is in it. Of two names of one item that within a module counts.
     let mut names: Vec<(String, String)> =
         facade.uses.keys().map(|name| (definition(&packages, name), name.clone())).collect();
-    names.sort_by_key(|(source, name)| (std::cmp::Reverse(source.len()), std::cmp::Reverse(name.matches("::").count())));
+    names.extend(
+        facade
+            .written
+            .iter()
+            .filter(|(_, path)| !path.is_empty())
+            .map(|(name, path)| (path.clone(), name.clone())),
+    );
+    names.sort_by_key(|(source, name)| {
+        (std::cmp::Reverse(source.len()), std::cmp::Reverse(name.matches("::").count()))
+    });
 
     let mut out = BTreeSet::new();
     for (_, line) in &facade.lines {
@@ -121,13 +141,23 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (source, _) in &names {
         let Some(package) = source.split("::").next().and_then(|name| packages.get(name)) else { continue };
         let inner = format!("{source}::");
-        out.extend(package.lines.iter().filter(|(path, _)| path == source || path.starts_with(&inner)).map(|(_, line)| line.clone()));
+        out.extend(
+            package
+                .lines
+                .iter()
+                .filter(|(path, _)| path == source || path.starts_with(&inner))
+                .map(|(_, line)| line.clone()),
+        );
     }
-    let spelt = |line: &String| names.iter().fold(line.clone(), |line, (source, name)| renamed(&line, source, name));
+    let spelt =
+        |line: &String| names.iter().fold(line.clone(), |line, (source, name)| renamed(&line, source, name));
     let lines: BTreeSet<String> = out.iter().map(spelt).collect();
     // What is listed with its members needs no line that says that it is re-exported.
-    let defined: BTreeSet<String> =
-        lines.iter().filter(|line| !line.starts_with("pub use ")).filter_map(|line| path_of(line, "overcoat")).collect();
+    let defined: BTreeSet<String> = lines
+        .iter()
+        .filter(|line| !line.starts_with("pub use "))
+        .filter_map(|line| path_of(line, "overcoat"))
+        .collect();
     for line in lines {
         if line.strip_prefix("pub use ").is_none_or(|path| !defined.contains(path)) {
             println!("{line}");

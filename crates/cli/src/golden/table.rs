@@ -3,7 +3,7 @@
 use super::session::Session;
 use crate::failure::{file_name, one_line};
 use crate::report::Versions;
-use overcoat_golden::check::{FileResult, Verdict};
+use overcoat_golden::check::{FileResult, Verdict, badness_order};
 use serde::Serialize;
 use std::fmt::Write as _;
 
@@ -72,7 +72,7 @@ pub(super) fn to_json(session: &Session, strict: bool, results: &[FileResult]) -
 /// The results for people: what is not equal as a table, the worst first, a line of totals, and what was not compared.
 pub(super) fn to_text(session: &Session, results: &[FileResult]) -> String {
     let mut shown: Vec<&FileResult> = results.iter().filter(|r| r.verdict != Verdict::Equal).collect();
-    shown.sort_by(|a, b| a.badness_order(b));
+    shown.sort_by(|a, b| badness_order(a, b));
     let mut out = String::new();
     if !shown.is_empty() {
         let width = shown.iter().map(|r| r.name.chars().count()).max().unwrap_or(0).clamp(4, 48);

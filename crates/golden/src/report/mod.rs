@@ -2,7 +2,7 @@
 
 mod views;
 
-use super::check::{Compared, FileResult};
+use super::check::{Compared, FileResult, badness_order};
 use super::thresholds::short;
 use serde::Serialize;
 use views::Views;
@@ -71,7 +71,7 @@ struct Data<'a> {
 #[must_use]
 pub fn to_html(expected: &str, actual: &str, entries: &[ReportEntry]) -> String {
     let mut sorted: Vec<&ReportEntry> = entries.iter().collect();
-    sorted.sort_by(|a, b| a.result.badness_order(&b.result));
+    sorted.sort_by(|a, b| badness_order(&a.result, &b.result));
     let data = Data { expected, actual, version: env!("CARGO_PKG_VERSION"), entries: sorted };
     // Strings, numbers and lists of them always have a JSON form; `<` could end the script element.
     let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
