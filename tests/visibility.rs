@@ -133,6 +133,39 @@ fn a_floor_between_black_walls_gets_the_light_of_its_sky() {
     }
 }
 
+/// A closed room of one-sided walls that face inward: the eye looks through those before it, and so does the light. What stands in
+/// it is in its own shade alone.
+#[test]
+fn a_room_that_the_eye_looks_into_is_as_bright_as_without_shadows() {
+    let mut data = primitives::cuboid([2.0; 3]).unwrap().data().clone();
+    data.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+    data.normals.iter_mut().flatten().for_each(|c| *c = -*c);
+    let room = Mesh::new(data).unwrap();
+    let mut mirrored = Transform::IDENTITY.rows().to_owned();
+    mirrored[0][0] = -1.0;
+    let camera = looking([1.0, 1.5, 6.0], [0.0; 3]);
+    let mean = |pixels: &[[f32; 4]]| pixels.iter().map(|p| p[0]).sum::<f32>() / pixels.len() as f32;
+    for transform in [Transform::IDENTITY, Transform::from_rows(mirrored).unwrap()] {
+        for material in [matte([0.7; 3]), metal(0.3)] {
+            let mut scene = under([1.0; 3]);
+            let material = scene.add_material(material).unwrap();
+            let mesh = scene.add_mesh(room.clone()).unwrap();
+            scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+            let empty = draw(&scene, &camera, Visibility::NONE);
+            assert!(mean(&empty) > 0.1);
+            for visibility in tiers() {
+                assert_eq!(draw(&scene, &camera, visibility), empty, "{visibility:?}");
+            }
+            put(&mut scene, primitives::cuboid([0.4; 3]).unwrap(), matte([0.7; 3]), [0.0, -0.8, 0.0]);
+            let open = mean(&draw(&scene, &camera, Visibility::NONE));
+            for visibility in tiers() {
+                let seen = mean(&draw(&scene, &camera, visibility));
+                assert!(seen > 0.8 * open && seen < open, "{visibility:?}: {seen} of {open}");
+            }
+        }
+    }
+}
+
 /// A closed box whose walls emit a fifth and send back four fifths of what they get: in the end everything is 1, whatever
 /// the view. One bounce and what the maps estimate of the rest never come to more, and to no less than one bounce.
 #[test]

@@ -8,8 +8,10 @@ use overcoat_scene::Wrap;
 pub struct Blockers {
     /// Corners. Triangles with a corner that is not finite block nothing.
     pub positions: Vec<[f32; 3]>,
-    /// Three positions each: what blocks light everywhere.
+    /// Three positions each: what blocks light everywhere and from both sides.
     pub triangles: Vec<[u32; 3]>,
+    /// Three positions each, counter-clockwise seen from the front: what blocks light that falls on the front alone.
+    pub one_sided: Vec<[u32; 3]>,
     /// What blocks light in places.
     pub masked: Vec<Masked>,
     /// Where that is.
@@ -19,8 +21,10 @@ pub struct Blockers {
 /// A triangle with holes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Masked {
-    /// Three of [`Blockers::positions`].
+    /// Three of [`Blockers::positions`], counter-clockwise seen from the front unless it is two-sided.
     pub corners: [u32; 3],
+    /// Light that falls on the back is blocked too.
+    pub two_sided: bool,
     /// Texture coordinates of each.
     pub uvs: [[f32; 2]; 3],
     /// What alpha is multiplied by at each.
@@ -80,6 +84,7 @@ impl Blockers {
     pub fn bytes(&self) -> u64 {
         let lists = size_of_val(self.positions.as_slice())
             + size_of_val(self.triangles.as_slice())
+            + size_of_val(self.one_sided.as_slice())
             + size_of_val(self.masked.as_slice());
         self.cutouts.iter().fold(lists as u64, |sum, cutout| sum + cutout.alphas.len() as u64)
     }

@@ -20,6 +20,9 @@ pub struct DepthMap {
     pub rows: [[f32; 4]; 3],
     /// Of a map seen from a point, the distance along its axis before which nothing is drawn; 0 of one seen along a direction.
     pub near: f32,
+    /// 1 where triangles whose front faces the light are counter-clockwise on the map (from columns to rows), -1 where they are
+    /// clockwise.
+    pub front: f32,
 }
 
 /// Maps of one size from several directions.
@@ -85,7 +88,7 @@ impl DepthMap {
         };
         let steps = f64::from(OUTERMOST - DEEPEST) * 0.5;
         let depth = row(towards, steps / f64::from(radius), steps + f64::from(DEEPEST));
-        Self { rows: [row(across, scale, middle), row(down, scale, middle), depth], near: 0.0 }
+        Self { rows: [row(across, scale, middle), row(down, scale, middle), depth], near: 0.0, front: 1.0 }
     }
 
     /// The map that looks from a point along a unit axis; `tangent` is that of half its angle. Nothing nearer than `near` along
@@ -104,8 +107,12 @@ impl DepthMap {
             let at_point: f64 = (0..3).map(|k| axis[k] * f64::from(position[k])).sum();
             [axis[0] as f32, axis[1] as f32, axis[2] as f32, -at_point as f32]
         };
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = axes;
+        let volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
         let along = |axis: [f64; 3]| row(std::array::from_fn(|k| axis[k] * scale + forward[k] * middle));
-        Self { rows: [along(across), along(down), row(forward)], near }
+        // Fronts face against the axis.
+        let front = if volume > 0.0 { -1.0 } else { 1.0 };
+        Self { rows: [along(across), along(down), row(forward)], near, front }
     }
 
     /// Column and row of a point in texels, and its depth in steps.

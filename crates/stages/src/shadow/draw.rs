@@ -42,6 +42,8 @@ pub(super) struct Triangles<'a> {
     blockers: &'a Blockers,
     /// Of [`Blockers::triangles`].
     solid: Vec<Sixteen>,
+    /// Of [`Blockers::one_sided`].
+    one_sided: Vec<Sixteen>,
     /// Of [`Blockers::masked`].
     masked: Vec<Sixteen>,
 }
@@ -50,13 +52,15 @@ impl<'a> Triangles<'a> {
     /// Puts all corners one after the other: looking them up takes longer than to turn them, and every map turns them.
     pub(super) fn new(blockers: &'a Blockers, jobs: &Jobs) -> Self {
         let solid = gather(blockers, blockers.triangles.len(), jobs, |k| &blockers.triangles[k]);
+        let one_sided = gather(blockers, blockers.one_sided.len(), jobs, |k| &blockers.one_sided[k]);
         let masked = gather(blockers, blockers.masked.len(), jobs, |k| &blockers.masked[k].corners);
-        Self { blockers, solid, masked }
+        Self { blockers, solid, one_sided, masked }
     }
 
     /// Bytes that they take beside the blockers.
     pub(super) fn bytes(blockers: &Blockers) -> u64 {
-        let sixteens = blockers.triangles.len() / LANES + blockers.masked.len() / LANES + 2;
+        let lists = [blockers.triangles.len(), blockers.one_sided.len(), blockers.masked.len()];
+        let sixteens: usize = lists.into_iter().map(|count| count / LANES + 1).sum();
         (sixteens as u64).saturating_mul(size_of::<Sixteen>() as u64)
     }
 
@@ -72,14 +76,16 @@ impl<'a> Triangles<'a> {
         maps: &mut [u32],
     ) -> u64 {
         let mut work = 0;
-        for turn in self.solid.chunks(SIXTEENS_PER_TURN) {
-            for (frame, map) in frames.iter().zip(maps.chunks_exact_mut(size * size)) {
-                for sixteen in turn {
-                    work += draw_solid(l, frame, sixteen, size, map);
+        for (sixteens, sides) in [(&self.solid, Sides::Both), (&self.one_sided, Sides::Front)] {
+            for turn in sixteens.chunks(SIXTEENS_PER_TURN) {
+                for (frame, map) in frames.iter().zip(maps.chunks_exact_mut(size * size)) {
+                    for sixteen in turn {
+                        work += draw_solid(l, frame, (sixteen, sides), size, map);
+                    }
                 }
-            }
-            if work > most {
-                return work;
+                if work > most {
+                    return work;
+                }
             }
         }
         for (number, sixteen) in self.masked.iter().enumerate() {
@@ -116,6 +122,17 @@ impl<'a> Triangles<'a> {
         work
     }
 }
+
+/// Which sides of triangles block light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sides {
+    Both,
+    Front,
+}
+
+/// Triangles that are thinner than this part of a texel on a map count as seen from the front: rounding decides which side they
+/// show, and the outline of a closed surface must have no gaps.
+const THINNEST: f32 = 1.0 / 256.0;
 
 /// The corners of `count` triangles, sixteen by sixteen.
 fn gather<'a>(
@@ -179,15 +196,40 @@ impl<L: Lanes> Projected<L> {
         let some = low[0].le(end[0]) & low[1].le(end[1]) & there;
         Self { x, y, z, low, end, some, cut }
     }
+
+    /// Triangles that show the light their back.
+    #[inline(always)]
+    fn backs(&self, l: L, frame: &DepthMap) -> L::M {
+        shows_back(&self.x, &self.y, l.splat(frame.front))
+    }
+}
+
+/// Whether triangles on a map, whose fronts turn the way that `front` says, show the light their back.
+#[inline(always)]
+fn shows_back<F: Float>(x: &[F; 3], y: &[F; 3], front: F) -> F::M {
+    let (first, second) = ([x[1] - x[0], y[1] - y[0]], [x[2] - x[0], y[2] - y[0]]);
+    let area = (first[0] * second[1] - second[0] * first[1]) * front;
+    let length = (first[0].abs() + first[1].abs()) + (second[0].abs() + second[1].abs());
+    area.lt(-(length * THINNEST))
 }
 
 /// Draws sixteen triangles.
 #[inline(always)]
-fn draw_solid<L: Lanes>(l: L, frame: &DepthMap, sixteen: &Sixteen, size: usize, map: &mut [u32]) -> u64 {
-    let Projected { x, y, z, low, end, some, cut } = Projected::new(l, frame, sixteen, size);
+fn draw_solid<L: Lanes>(
+    l: L,
+    frame: &DepthMap,
+    (sixteen, sides): (&Sixteen, Sides),
+    size: usize,
+    map: &mut [u32],
+) -> u64 {
+    let mut projected = Projected::new(l, frame, sixteen, size);
+    if sides == Sides::Front {
+        projected.some = projected.some & !projected.backs(l, frame);
+    }
+    let Projected { x, y, z, low, end, some, cut } = projected;
     let mut work = 1;
     if cut.any() {
-        work += draw_cut(l, frame, sixteen, cut.bits(), size, map);
+        work += draw_cut(l, frame, (sixteen, sides), cut.bits(), size, map);
     }
     if !some.any() {
         return work;
@@ -311,7 +353,7 @@ fn draw_large<L: Lanes>(
 fn draw_cut<L: Lanes>(
     l: L,
     frame: &DepthMap,
-    sixteen: &Sixteen,
+    (sixteen, sides): (&Sixteen, Sides),
     mut which: u16,
     size: usize,
     map: &mut [u32],
@@ -326,11 +368,21 @@ fn draw_cut<L: Lanes>(
         };
         for corners in clipped([corner(0), corner(1), corner(2)], frame.near) {
             let corners = corners.map(|corner| frame.seen(corner.place));
+            if sides == Sides::Front && shows_back_one(frame, &corners) {
+                continue;
+            }
             let Some([columns, rows]) = texels_of(&corners, size) else { continue };
             work += draw_large(l, &corners, [columns[0], rows[0]], [columns[1], rows[1]], size, map);
         }
     }
     work
+}
+
+/// [`shows_back`] of one triangle.
+fn shows_back_one(frame: &DepthMap, corners: &[[f32; 3]; 3]) -> bool {
+    let [[ax, ay], [bx, by]] = [1, 2].map(|k| [0, 1].map(|c| corners[k][c] - corners[0][c]));
+    let length = (ax.abs() + ay.abs()) + (bx.abs() + by.abs());
+    (ax * by - bx * ay) * frame.front < -(length * THINNEST)
 }
 
 /// First and last columns, and first and last rows of a triangle; `None` if it has the centre of no texel.
@@ -356,17 +408,27 @@ fn draw_masked(frame: &DepthMap, blockers: &Blockers, masked: &Masked, size: usi
         alpha: masked.alphas[k],
     };
     let corners = [corner(0), corner(1), corner(2)];
+    let sides = if masked.two_sided { Sides::Both } else { Sides::Front };
     if frame.near > 0.0 {
         let parts = clipped(corners, frame.near);
-        parts.map(|corners| draw_cutout(frame, cutout, &corners, size, map)).sum()
+        parts.map(|corners| draw_cutout(frame, (cutout, sides), &corners, size, map)).sum()
     } else {
-        draw_cutout(frame, cutout, &corners, size, map)
+        draw_cutout(frame, (cutout, sides), &corners, size, map)
     }
 }
 
 /// Draws a triangle where a cutout lets it be.
-fn draw_cutout(frame: &DepthMap, cutout: &Cutout, masked: &[Corner; 3], size: usize, map: &mut [u32]) -> u64 {
+fn draw_cutout(
+    frame: &DepthMap,
+    (cutout, sides): (&Cutout, Sides),
+    masked: &[Corner; 3],
+    size: usize,
+    map: &mut [u32],
+) -> u64 {
     let corners = masked.map(|corner| frame.seen(corner.place));
+    if sides == Sides::Front && shows_back_one(frame, &corners) {
+        return 0;
+    }
     let Some([columns, rows]) = texels_of(&corners, size) else { return 0 };
     // Seen from a point, what is linear in space is not on the map: each corner counts by the inverse of its distance.
     let nearness = if frame.near > 0.0 { corners.map(|corner| corner[2]) } else { [1.0; 3] };

@@ -30,9 +30,9 @@ pub fn blocking_draws(scene: &Scene) -> impl Iterator<Item = (u32, &Instance, Bl
 }
 
 impl Blockers {
-    /// The triangles of all instances that block light ([`blocking_draws`]), from both sides, where they are: opaque ones
-    /// everywhere, alpha-masked ones where their alpha (base colour's, texture's by the nearest texel, vertices') reaches the
-    /// cutoff.
+    /// The triangles of all instances that block light ([`blocking_draws`]), from the sides that a camera would see them from
+    /// (fronts alone unless the material is double-sided), where they are: opaque ones everywhere, alpha-masked ones where
+    /// their alpha (base colour's, texture's by the nearest texel, vertices') reaches the cutoff.
     ///
     /// # Errors
     /// [`LimitExceeded`] if they would take more than [`Limits::frame_bytes`].
@@ -47,17 +47,20 @@ impl Blockers {
             let mesh = &scene.meshes()[instance.mesh.index()];
             let material = &scene.materials()[instance.material.index()];
             let first = out.place(instance, mesh, jobs);
-            let corners = mesh.triangles().iter().map(|triangle| triangle.map(|vertex| vertex + first));
+            // Counter-clockwise in the scene, where that matters.
+            let turned = !material.double_sided && instance.transform.determinant() < 0.0;
+            let triangles =
+                mesh.triangles().iter().map(|&[a, b, c]| if turned { [a, c, b] } else { [a, b, c] });
             if blocking == Blocking::Solid {
-                out.triangles.extend(corners);
+                let list = if material.double_sided { &mut out.triangles } else { &mut out.one_sided };
+                list.extend(triangles.map(|triangle| triangle.map(|vertex| vertex + first)));
                 continue;
             }
             let cutout = *cutouts[instance.material.index()].get_or_insert_with(|| {
                 out.cutouts.push(cutout_of(scene, material));
                 out.cutouts.len() as u32 - 1
             });
-            let triangles = mesh.triangles().iter().zip(corners);
-            out.masked.extend(triangles.map(|(t, corners)| masked(mesh, material, t, corners, cutout)));
+            out.masked.extend(triangles.map(|triangle| masked(mesh, material, &triangle, first, cutout)));
         }
         Ok(out)
     }
@@ -70,12 +73,17 @@ impl Blockers {
         limits: &Limits,
     ) -> Result<(), LimitExceeded> {
         let what = || "triangles that block light".to_owned();
-        let (mut positions, mut solid, mut masked, mut cutouts) = (0_usize, 0_usize, 0_usize, 0_usize);
+        let (mut positions, mut solid, mut one_sided) = (0_usize, 0_usize, 0_usize);
+        let (mut masked, mut cutouts) = (0_usize, 0_usize);
         let mut has_cutout = vec![false; scene.materials().len()];
         for (instance, blocking) in instances {
             let mesh = &scene.meshes()[instance.mesh.index()];
             positions = positions.saturating_add(mesh.positions().len());
-            let count = if *blocking == Blocking::Solid { &mut solid } else { &mut masked };
+            let count = match blocking {
+                Blocking::Solid if scene.materials()[instance.material.index()].double_sided => &mut solid,
+                Blocking::Solid => &mut one_sided,
+                _ => &mut masked,
+            };
             *count = count.saturating_add(mesh.triangles().len());
             let has_cutout = &mut has_cutout[instance.material.index()];
             cutouts += usize::from(*blocking == Blocking::Masked && !*has_cutout);
@@ -83,7 +91,7 @@ impl Blockers {
         }
         let parts = [
             (positions, size_of::<[f32; 3]>()),
-            (solid, size_of::<[u32; 3]>()),
+            (solid.saturating_add(one_sided), size_of::<[u32; 3]>()),
             (masked, size_of::<Masked>()),
             (cutouts, CUTOUT_TEXELS),
         ];
@@ -93,6 +101,7 @@ impl Blockers {
         Limits::check_memory(what, bytes as u64)?;
         self.positions.reserve_exact(positions);
         self.triangles.reserve_exact(solid);
+        self.one_sided.reserve_exact(one_sided);
         self.masked.reserve_exact(masked);
         Ok(())
     }
@@ -164,8 +173,8 @@ fn cutout_of(scene: &Scene, material: &Material) -> Cutout {
     Cutout { size: size.map(|n| n as usize), alphas, wrap, cutoff }
 }
 
-/// One triangle with holes.
-fn masked(mesh: &Mesh, material: &Material, triangle: &[u32; 3], corners: [u32; 3], cutout: u32) -> Masked {
+/// One triangle with holes, whose mesh's vertices begin at `first`.
+fn masked(mesh: &Mesh, material: &Material, triangle: &[u32; 3], first: u32, cutout: u32) -> Masked {
     let place = |vertex: u32| {
         let Some(reference) = &material.base_color_texture else { return [0.0; 2] };
         let uvs = mesh.uvs(usize::from(reference.uv_set));
@@ -176,5 +185,6 @@ fn masked(mesh: &Mesh, material: &Material, triangle: &[u32; 3], corners: [u32; 
         let own = mesh.colors().get(vertex as usize).map_or(1.0, |color| color[3]);
         own * material.base_color[3]
     };
-    Masked { corners, uvs: triangle.map(place), alphas: triangle.map(alpha), cutout }
+    let (corners, two_sided) = (triangle.map(|vertex| vertex + first), material.double_sided);
+    Masked { corners, two_sided, uvs: triangle.map(place), alphas: triangle.map(alpha), cutout }
 }

@@ -144,6 +144,7 @@ fn sheet(positions: &mut Vec<[f32; 3]>, height: f32, turns: f32) -> Vec<Masked> 
             corners: triangle.map(|k: u32| first + k),
             uvs: triangle.map(|k| corners[k as usize].map(|c| c * turns)),
             alphas: [1.0; 3],
+            two_sided: true,
             cutout: 0,
         })
         .to_vec()
@@ -433,13 +434,16 @@ fn hostile_geometry_makes_maps_of_numbers() {
         let triangles = if positions.is_empty() { vec![] } else { vec![[0, 1, 2], [0, 1, 7], [1, 0, 0]] };
         let masked = triangles.iter().map(|corners| Masked {
             corners: *corners,
+            two_sided: false,
             uvs: [[f32::NAN, 1e30], [0.0; 2], [-1e30, 1.0]],
             alphas: [1.0, f32::NAN, 1e30],
             cutout: 0,
         });
         let masked = masked.collect();
         let cutouts = vec![checker(2)];
-        let maps = maps(&Blockers { positions: positions.clone(), triangles, masked, cutouts }, 32);
+        let one_sided = triangles.clone();
+        let maps =
+            maps(&Blockers { positions: positions.clone(), triangles, one_sided, masked, cutouts }, 32);
         for map in 0..maps.len() {
             assert!(maps.depths(map).iter().all(|depth| !depth.is_nan()), "{positions:?}");
             let seen = visibility(&maps, map, positions[0]);

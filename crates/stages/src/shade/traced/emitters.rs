@@ -199,8 +199,11 @@ impl TracedLight<'_> {
             }
             let ray = Ray { origin: at.start, direction, near: 0.0, far: distance - 2.0 * self.epsilon };
             let TraceScratch { traversal, batch, .. } = scratch;
-            let blocked =
-                self.hierarchy.is_blocked(l, &ray, traversal, |hit| self.is_opaque(l, context, hit, batch));
+            // What blocks is what the light sees.
+            let along = direction.map(|v| -v);
+            let blocked = self
+                .hierarchy
+                .is_blocked(l, &ray, traversal, |hit| self.is_seen(l, context, (hit, along), batch));
             if blocked {
                 continue;
             }
@@ -216,7 +219,7 @@ impl TracedLight<'_> {
 }
 
 /// The product of two edges of a triangle, and its length.
-fn cross([a, b, c]: &[[f32; 3]; 3]) -> ([f32; 3], f32) {
+pub(super) fn cross([a, b, c]: &[[f32; 3]; 3]) -> ([f32; 3], f32) {
     let [[ax, ay, az], [bx, by, bz]] = [difference(*b, *a), difference(*c, *a)];
     let cross = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
     (cross, dot(cross, cross).sqrt())

@@ -23,10 +23,11 @@ use super::surface::hit_opacity;
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
-use emitters::LitPlace;
+use emitters::{LitPlace, cross};
 use hits::RayHit;
 use lobe::NARROW;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
+use overcoat_core::math::triple::dot;
 use overcoat_core::math::vec3::Vec3;
 use overcoat_scene::{AlphaMode, Material};
 
@@ -238,19 +239,36 @@ impl TracedLight<'_> {
         traversal: &mut Traversal,
         batch: &mut Batch,
     ) -> Option<Hit> {
-        self.hierarchy.nearest(l, ray, traversal, |hit| self.is_opaque(l, context, hit, batch))
+        self.hierarchy.nearest(l, ray, traversal, |hit| self.is_seen(l, context, (hit, ray.direction), batch))
     }
 
-    /// Whether a triangle is there where it is hit.
+    /// Whether one who looks along a direction sees a triangle where it is hit: its front unless it is double-sided, and where
+    /// its alpha reaches the cutoff.
     #[inline(always)]
-    fn is_opaque<L: Lanes>(&self, l: L, context: &ShadeContext<'_>, hit: &Hit, batch: &mut Batch) -> bool {
+    fn is_seen<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        (hit, along): (&Hit, [f32; 3]),
+        batch: &mut Batch,
+    ) -> bool {
         let (draw, triangle) = self.place(hit.triangle);
         let of = &context.draws[draw as usize];
         let material = &context.materials[of.material as usize];
+        if !material.double_sided && self.shows_back(hit.triangle, along, of.handedness) {
+            return false;
+        }
         let AlphaMode::Mask { cutoff } = material.alpha_mode else { return true };
         batch.of_hits(&[(of.mesh.triangles()[triangle as usize], draw)], 0);
         let weights = hit.barycentrics.map(|b| l.splat(b));
         hit_opacity(l, context, material, batch, weights).to_array()[0] >= cutoff
+    }
+
+    /// Whether a triangle shows its back to one who looks along a direction.
+    #[inline(always)]
+    fn shows_back(&self, triangle: u32, along: [f32; 3], handedness: f32) -> bool {
+        let (normal, _) = cross(&self.corners[triangle as usize]);
+        dot(normal, along) * handedness > 0.0
     }
 
     /// The draw of a triangle, and the triangle's number in it.

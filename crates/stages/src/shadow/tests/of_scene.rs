@@ -43,14 +43,14 @@ fn opaque_surfaces_block_and_others_do_not() {
         [(Material::default(), 2), (mask(0.6), 2), (mask(0.4), 0), (glass, 0), (blend, 0)]
     {
         let found = of(&plane_of(material));
-        assert_eq!((found.triangles.len(), found.masked.len()), (expected, 0));
+        assert_eq!((found.one_sided.len(), found.triangles.len(), found.masked.len()), (expected, 0, 0));
     }
     for kind in [PrimitiveKind::Lines, PrimitiveKind::Points] {
         let mut data = primitives::plane([2.0, 2.0]).unwrap().data().clone();
         data.kind = kind;
         let mut scene = Scene::new();
         add(&mut scene, Mesh::new(data).unwrap(), Material::default(), Transform::IDENTITY);
-        assert!(of(&scene).triangles.is_empty());
+        assert!(of(&scene).one_sided.is_empty());
     }
     assert_eq!(of(&Scene::new()), Blockers::default());
 }
@@ -61,8 +61,8 @@ fn instances_block_where_they_are() {
     let moved = Transform::translation([10.0, 5.0, 0.0]).unwrap();
     add(&mut scene, primitives::cuboid([2.0; 3]).unwrap(), Material::default(), moved);
     let found = of(&scene);
-    assert_eq!(found.triangles.len(), 2 + 12);
-    for (number, triangle) in found.triangles.iter().enumerate() {
+    assert_eq!(found.one_sided.len(), 2 + 12);
+    for (number, triangle) in found.one_sided.iter().enumerate() {
         let corners = found.corners(triangle).unwrap();
         let expected = if number < 2 { 0.0 } else { 10.0 };
         assert!(corners.iter().all(|p| (p[0] - expected).abs() == 1.0), "{corners:?}");
@@ -92,7 +92,7 @@ fn masked_surfaces_block_where_their_texture_says() {
         Material { base_color_texture: Some(TextureRef { texture, uv_set: 0, transform }), ..mask(1.0) };
     add(&mut scene, primitives::plane([2.0, 2.0]).unwrap(), material, Transform::IDENTITY);
     let found = of(&scene);
-    assert_eq!((found.triangles.len(), found.masked.len(), found.cutouts.len()), (0, 2, 1));
+    assert_eq!((found.one_sided.len(), found.masked.len(), found.cutouts.len()), (0, 2, 1));
     let maps = super::of(&found, &[[0.0, 1.0, 0.0]], 64);
     for (x, expected) in [(-0.5, 1.0), (0.5, 0.0)] {
         assert_eq!(super::visibility(&maps, 0, [x, -1.0, 0.3]), expected, "{x}");
@@ -123,5 +123,94 @@ fn a_million_instances_are_too_many_for_little_memory() {
         Blockers::of_scene(&scene, &Limits::default().with_frame_bytes(1 << 24), &Jobs::new(1)).unwrap_err();
     assert_eq!(error.field, "frame_bytes");
     assert_eq!(error.asked, Some(1_000_000 * (4 * 12 + 2 * 12)));
-    assert_eq!(of(&scene).triangles.len(), 2_000_000);
+    assert_eq!(of(&scene).one_sided.len(), 2_000_000);
+}
+
+/// A floor that faces up, as it is under a transform.
+fn floor(material: &Material, transform: Transform) -> Blockers {
+    let mut scene = Scene::new();
+    add(&mut scene, primitives::plane([2.0, 2.0]).unwrap(), material.clone(), transform);
+    of(&scene)
+}
+
+#[test]
+fn one_sided_surfaces_block_what_falls_on_their_front() {
+    let mirrored =
+        Transform::from_rows([[-1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]).unwrap();
+    // With and without holes: a material with a mask and a mesh with colours is drawn texel by texel.
+    let mut colored = primitives::plane([2.0, 2.0]).unwrap().data().clone();
+    colored.colors = vec![[1.0; 4]; colored.positions.len()];
+    let looks = [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
+    for double_sided in [false, true] {
+        let solid = Material { double_sided, ..Material::default() };
+        let holes = Material { double_sided, ..mask(1.0) };
+        for transform in [Transform::IDENTITY, mirrored] {
+            let mut scene = Scene::new();
+            add(&mut scene, Mesh::new(colored.clone()).unwrap(), holes.clone(), transform);
+            let of_holes = of(&scene);
+            assert_eq!(of_holes.masked.len(), 2);
+            for blockers in [floor(&solid, transform), of_holes] {
+                let maps = super::of(&blockers, &looks, 64);
+                let lit = |map, y| super::visibility(&maps, map, [0.1, y, 0.3]);
+                let through = if double_sided { 0.0 } else { 1.0 };
+                assert_eq!([lit(0, -1.0), lit(1, 1.0)], [0.0, through], "{double_sided} {transform:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn closed_solids_block_as_they_do_from_both_sides() {
+    let looks = super::directions(2);
+    for mesh in [
+        primitives::cuboid([1.0, 2.0, 0.1]).unwrap(),
+        primitives::sphere(1.0, 48).unwrap(),
+        primitives::torus_knot([2, 3], 1.0, 0.4, [200, 24]).unwrap(),
+    ] {
+        let both = super::blockers(&mesh, 0.0);
+        let fronts = Blockers { one_sided: both.triangles.clone(), triangles: Vec::new(), ..both.clone() };
+        let [both, fronts] = [both, fronts].map(|blockers| super::of(&blockers, &looks, 128));
+        for map in 0..looks.len() {
+            for (a, b) in both.depths(map).into_iter().zip(fronts.depths(map)) {
+                assert!(a == b || (a - b).abs() < 2e-3 * both.texel(), "{a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn lamps_see_fronts_alone() {
+    use crate::shadow::{LampMaps, LampPlace, LampSource, Receiver};
+    use overcoat_core::math::lanes::{Float, Lanes, Scalar, SimdLevel};
+    use overcoat_core::math::vec3::Vec3;
+    // A lamp in the middle of a box, so near that walls reach over the near plane of its six maps, and one outside.
+    let cuboid = primitives::cuboid([2.0; 3]).unwrap();
+    let outward = super::blockers(&cuboid, 0.0);
+    let inward: Vec<[u32; 3]> = outward.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+    let outward = outward.triangles.clone();
+    for (fronts, expected) in [(outward, [1.0, 0.0]), (inward, [0.0, 1.0])] {
+        let blockers = Blockers { one_sided: fronts, triangles: vec![], ..super::blockers(&cuboid, 0.0) };
+        // From inside to outside, and from outside to inside.
+        for (position, expected) in [([0.1, 0.2, 0.3], expected[0]), ([9.0, 0.2, 0.1], expected[1])] {
+            let place = LampPlace::Near { position, cone: None };
+            let lamp = LampSource { place, radius: 0.0, size: 128, places: 16 };
+            let maps =
+                LampMaps::within(&Limits::default(), &blockers, &[lamp], &Jobs::new(1), SimdLevel::best());
+            let maps = maps.unwrap();
+            for axis in [[1.0, 0.1, 0.2], [-1.0, 0.1, 0.0], [0.2, 1.0, 0.1], [0.0, -1.0, 0.2]] {
+                // Inside for the lamp outside; outside for the lamp inside.
+                let reach = if position[0] > 2.0 { 0.5 } else { 3.0 };
+                let at = axis.map(|c: f32| c * reach);
+                let normal = super::unit([position[0] - at[0], position[1] - at[1], position[2] - at[2]]);
+                let receiver = Receiver {
+                    position: Vec3::splat(Scalar, at),
+                    normal: Vec3::splat(Scalar, normal),
+                    pixel: Scalar.splat(0.0),
+                    two_sided: false,
+                };
+                let lit = maps.visibility(Scalar, 0, &receiver).to_array()[0];
+                assert_eq!(lit, expected, "{position:?} {axis:?}");
+            }
+        }
+    }
 }
