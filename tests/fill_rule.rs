@@ -38,7 +38,7 @@ fn count_in_tile(
     let mut counts = vec![0; side * side * samples as usize];
     let mut buffer = VisibilityBuffer::default();
     for triangle in triangles {
-        buffer.clear(side, side, samples as usize);
+        buffer.clear(side, side, samples as usize, f32::NEG_INFINITY);
         overcoat_core::dispatch!(level, l => buffer.draw(l, triangle, 0, origin, &pattern, None));
         for block in 0..buffer.block_count() {
             let (column, row) = (block % buffer.block_columns() * 4, block / buffer.block_columns() * 4);

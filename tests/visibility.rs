@@ -150,7 +150,7 @@ fn a_room_that_the_eye_looks_into_is_as_bright_as_without_shadows() {
             let mut scene = under([1.0; 3]);
             let material = scene.add_material(material).unwrap();
             let mesh = scene.add_mesh(room.clone()).unwrap();
-            scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+            scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
             let empty = draw(&scene, &camera, Visibility::NONE);
             assert!(mean(&empty) > 0.1);
             for visibility in tiers() {

@@ -22,7 +22,7 @@ use overcoat_tiles::options::RenderError;
 use overcoat_tiles::pass::FrameContext;
 use overcoat_tiles::strips::Planes;
 use overcoat_tiles::timed_pool::TimedPool;
-use overcoat_tiles::trace::StageHashes;
+use overcoat_tiles::trace::{self, StageHashes};
 use overcoat_tiles::work::{Spent, Work};
 
 /// State that the stages of an attempt share.

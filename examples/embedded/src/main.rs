@@ -6,7 +6,6 @@ use overcoat::Renderer;
 use overcoat::frame::DisplayOptions;
 use overcoat::load::{LoadOptions, TextureLoading, load_file_with};
 use overcoat::output::{encode_png, write_atomically};
-use overcoat::render::Quality;
 use overcoat::scene::Framing;
 use overcoat::{Limits, RenderOptions};
 use std::path::Path;
