@@ -17,6 +17,7 @@ mod rendered;
 mod setup;
 mod textures;
 mod tiles;
+mod traced_rows;
 mod unseen;
 
 pub use builder::RendererBuilder;

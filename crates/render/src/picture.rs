@@ -28,6 +28,7 @@ use overcoat_tiles::effects::EffectMemory;
 use overcoat_tiles::ground_light::GroundLight;
 use overcoat_tiles::ground_pixels::GroundView;
 use overcoat_tiles::lamps::LightMemory;
+use overcoat_tiles::light_filter::MARGIN;
 use overcoat_tiles::mirror::{MirrorMemory, camera_of_mirror, options_of_mirror};
 use overcoat_tiles::options::{Background, RenderError, RenderOptions};
 use overcoat_tiles::pass::FrameContext;
@@ -318,6 +319,12 @@ impl Memory {
         if self.geometry.states.iter().any(|state| state.refracts) {
             return (grid, drawn);
         }
+        // What the rays of pixels beside it have found shows in it.
+        let margin = if options.visibility.rays > 0 { MARGIN as u32 } else { 0 };
+        let [left, top, right, bottom] = region;
+        let [right, bottom] = [(right, options.width), (bottom, options.height)]
+            .map(|(end, side)| end.saturating_add(margin).min(side));
+        let region = [left.saturating_sub(margin), top.saturating_sub(margin), right, bottom];
         budget.list_within(region);
         (grid.listed_within(region), drawn)
     }

@@ -2,6 +2,7 @@
 
 use super::draws::DrawState;
 use super::ground_pixels::GroundView;
+use super::light_filter::Neighbourhood;
 use super::reach::Reach;
 use super::shading_rate::Finer;
 use super::splats::SplatScene;
@@ -77,6 +78,7 @@ impl PassKind {
 }
 
 /// What a pass is for.
+#[derive(Clone, Copy)]
 pub enum Purpose<'a> {
     /// Linear pixels, and what is wanted beside them.
     Draw(Wanted<'a>),
@@ -84,6 +86,8 @@ pub enum Purpose<'a> {
     Count,
     /// Nothing is shaded: fragments ask textures that are decoded by need for the levels that they read.
     Survey,
+    /// Nothing is shaded: opaque fragments send their rays, before those of any tile around are shaded.
+    Trace,
 }
 
 /// What is wanted of a pass beside linear pixels.
@@ -102,6 +106,7 @@ pub struct Wanted<'a> {
 }
 
 /// One run over all tiles.
+#[derive(Clone, Copy)]
 pub struct Pass<'a> {
     /// The frame that it is a pass of.
     pub frame: &'a FrameContext<'a>,
@@ -113,13 +118,21 @@ pub struct Pass<'a> {
     pub effects: Effects<'a>,
     /// Counters of the work, and its limits.
     pub work: &'a Work<'a>,
+    /// What rays have found in the tiles around those that are drawn, where there are rays.
+    pub traced_tiles: Option<Neighbourhood<'a>>,
 }
 
 impl<'a> Pass<'a> {
     /// Whether nothing is drawn.
     #[inline(always)]
     pub fn only_counts(&self) -> bool {
-        matches!(self.purpose, Purpose::Count | Purpose::Survey)
+        matches!(self.purpose, Purpose::Count | Purpose::Survey | Purpose::Trace)
+    }
+
+    /// Whether opaque fragments send their rays, and that is all.
+    #[inline(always)]
+    pub fn traces(&self) -> bool {
+        matches!(self.purpose, Purpose::Trace)
     }
 
     /// Whether fragments ask for the textures that they read, and that is all.
@@ -132,7 +145,7 @@ impl<'a> Pass<'a> {
     pub fn wanted(&self) -> Wanted<'a> {
         match self.purpose {
             Purpose::Draw(wanted) => wanted,
-            Purpose::Count | Purpose::Survey => Wanted::default(),
+            Purpose::Count | Purpose::Survey | Purpose::Trace => Wanted::default(),
         }
     }
 
@@ -141,7 +154,7 @@ impl<'a> Pass<'a> {
     pub fn developer(&self) -> Option<&Developer> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.developer.as_ref(),
-            Purpose::Count | Purpose::Survey => None,
+            Purpose::Count | Purpose::Survey | Purpose::Trace => None,
         }
     }
 
@@ -150,7 +163,7 @@ impl<'a> Pass<'a> {
     pub fn target(&self) -> Option<&TargetWriter> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.target.as_ref(),
-            Purpose::Count | Purpose::Survey => None,
+            Purpose::Count | Purpose::Survey | Purpose::Trace => None,
         }
     }
 
@@ -200,7 +213,7 @@ impl<'a> Pass<'a> {
             Purpose::Draw(wanted) => wanted.hashes || !wanted.aovs.is_empty(),
             Purpose::Count => false,
             // Its fragments are wanted.
-            Purpose::Survey => true,
+            Purpose::Survey | Purpose::Trace => true,
         };
         self.kind == PassKind::OverBackdrop
             && !wanted
