@@ -2,9 +2,9 @@
 //! interleaved samples, Segovia et al. 2006) over sums, so that what comes of it is a ratio of sums.
 //!
 //! Weights are a tent of the distance in pixels, times how alike surfaces are in material, plane, normal and roughness. Rays are
-//! turned in a pattern of 8 x 8 pixels. A tent is a box of half its width, taken twice: one over eight pixels weights all of the
-//! pattern alike, wherever it stands, and leaves nothing of it in the picture. It becomes narrower as rays become more, so that what
-//! is found is more and more a pixel's own; the order of the turns is such that parts of the pattern are alike.
+//! turned in a pattern that repeats, and half the width of the tent is its period: a box as wide, taken twice, which weights all of
+//! the pattern alike, wherever it stands, and leaves nothing of it in the picture. More rays have a shorter period, so that
+//! what is found is more and more a pixel's own.
 //!
 //! **Invariant:** what is found of a pixel depends on the pixels around it alone, whatever tiles they lie in. No weight reaches further
 //! than a tile is wide.
@@ -51,17 +51,6 @@ impl Tent {
             half_width.saturating_sub(off) as f32 / half_width as f32
         };
         Self { half_width, weights: std::array::from_fn(weight) }
-    }
-
-    /// The tent for so many rays: it becomes narrower once the rays of a few pixels are many.
-    fn of_rays(rays: u32) -> Self {
-        Self::new(match rays {
-            // Narrower ones show the pattern of the turns.
-            0..32 => MARGIN,
-            32..64 => MARGIN / 2,
-            64..128 => MARGIN / 4,
-            _ => 1,
-        })
     }
 }
 
@@ -172,9 +161,10 @@ pub struct LightFilter<'a> {
 type Likeness<L> = [<L as Lanes>::F; TracedLobe::COUNT];
 
 impl<'a> LightFilter<'a> {
-    /// A filter for lobes of so many rays.
-    pub fn new(window: &'a LightWindow, rays: u32) -> Self {
-        Self { window, rays: Tent::of_rays(rays), lamps: Tent::new(OF_LAMPS) }
+    /// A filter for rays whose turns repeat after so many pixels, at most [`MARGIN`].
+    pub fn new(window: &'a LightWindow, period: u32) -> Self {
+        let half_width = (period as usize).clamp(1, MARGIN);
+        Self { window, rays: Tent::new(half_width), lamps: Tent::new(OF_LAMPS) }
     }
 
     /// Adds to what a group has found what the pixels around its own have, which lies in this column and row of the tile.

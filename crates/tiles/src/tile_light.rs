@@ -99,7 +99,7 @@ impl TileLight {
     pub fn find<L: Lanes>(
         &mut self,
         l: L,
-        pass: &Pass<'_>,
+        (pass, traced): (&Pass<'_>, &TracedLight<'_>),
         input: &ShadingInput<'_>,
         order: &ShadingOrder,
         planes: &mut SurfacePlanes,
@@ -117,7 +117,7 @@ impl TileLight {
         pooled.extend_from_slice(&own.sums);
         if own.leaders.iter().any(|leader| *leader != NONE) {
             around.into_iter().for_each(|around| window.fill(around, tile.corner, tile.size));
-            let filter = LightFilter::new(window, pass.frame.shade.lobe_rays);
+            let filter = LightFilter::new(window, traced.samples.period());
             for (number, (receiver, fragment)) in own.receivers.iter().zip(&*whole).enumerate() {
                 if own.leaders[number] == number as u32 {
                     let most = receiver.most_taken(&own.found[number]);

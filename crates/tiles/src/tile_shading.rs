@@ -165,8 +165,10 @@ pub fn shade_fragments<L: Lanes>(
 
     // Find the light that reaches opaque surfaces past others, once for the parts of each.
     let found_first = traced.is_some() && input.start == 0;
-    if found_first {
-        light.find(l, pass, input, order, planes);
+    if let Some(traced) = traced
+        && found_first
+    {
+        light.find(l, (pass, traced), input, order, planes);
     }
 
     let mut place = SurfacePlace::none(l);
