@@ -19,6 +19,7 @@ mod rendered;
 mod setup;
 mod textures;
 mod tiles;
+mod traced_rows;
 mod unseen;
 
 pub use builder::RendererBuilder;

@@ -31,7 +31,14 @@ impl PassMemory {
         // The last pass has all surfaces. What it takes is counted by those that draw.
         let Some(&kind) = PassKind::of(frame.states).last() else { return };
         let work = &work_of(frame, request);
-        let pass = Pass { frame, kind, purpose: Purpose::Feedback, effects: Effects::default(), work };
+        let pass = Pass {
+            frame,
+            kind,
+            purpose: Purpose::Feedback,
+            effects: Effects::default(),
+            work,
+            traced_tiles: None,
+        };
         feedback_tiles(pool, &pass, &mut self.tiles, request.options.simd);
     }
 
@@ -76,7 +83,7 @@ impl PassMemory {
                 }
             }
             let (purpose, effects) = (Purpose::Draw(wanted), self.effects.of(kind, wanted.aovs));
-            let pass = Pass { frame, kind, purpose, effects, work };
+            let pass = Pass { frame, kind, purpose, effects, work, traced_tiles: None };
             let fragments = found.fragments;
             let target = target
                 .as_mut()
@@ -95,7 +102,14 @@ pub(super) fn check_limits(frame: &FrameContext<'_>, request: &Request<'_>) -> R
     let work = &work_of(frame, request);
     let mut costs = Vec::new();
     for &kind in PassKind::of(frame.states) {
-        let pass = Pass { frame, kind, purpose: Purpose::Count, effects: Effects::default(), work };
+        let pass = Pass {
+            frame,
+            kind,
+            purpose: Purpose::Count,
+            effects: Effects::default(),
+            work,
+            traced_tiles: None,
+        };
         count_tiles(&pass, &mut costs, request.options.simd);
     }
     work.check()

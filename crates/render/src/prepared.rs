@@ -12,8 +12,9 @@ use overcoat_tiles::effects::EffectMemory;
 use overcoat_tiles::ground_light::GroundLight;
 use overcoat_tiles::ground_pixels::GroundView;
 use overcoat_tiles::lamps::LightMemory;
+use overcoat_tiles::light_filter::MARGIN;
 use overcoat_tiles::mirror::MirrorMemory;
-use overcoat_tiles::options::{Background, RenderError};
+use overcoat_tiles::options::{Background, RenderError, RenderOptions};
 use overcoat_tiles::pass::FrameContext;
 use overcoat_tiles::shading_rate::Finer;
 use overcoat_tiles::splats::SplatMemory;
@@ -87,6 +88,7 @@ impl FrameMemory {
         if self.geometry.states.iter().any(|state| state.refracts) {
             return (grid, drawn);
         }
+        let region = with_margin(region, options);
         attempt.budget.list_within(region);
         (grid.listed_within(region), drawn)
     }
@@ -163,4 +165,12 @@ fn merge_cosine(degrees: f32) -> Option<f32> {
     let (_, cosine) =
         overcoat_core::math::double::sin_cos(f64::from(degrees) * (std::f64::consts::PI / 180.0));
     (degrees > 0.0).then_some((cosine * cosine) as f32)
+}
+
+/// The region with the pixels around it whose rays show in it, within the picture.
+fn with_margin([left, top, right, bottom]: [u32; 4], options: &RenderOptions) -> [u32; 4] {
+    let margin = if options.visibility.rays > 0 { MARGIN as u32 } else { 0 };
+    let [right, bottom] = [(right, options.width), (bottom, options.height)]
+        .map(|(end, side)| end.saturating_add(margin).min(side));
+    [left.saturating_sub(margin), top.saturating_sub(margin), right, bottom]
 }

@@ -1,5 +1,6 @@
 //! All tiles, each into its own rows of the picture.
 
+use super::traced_rows::TracedRows;
 use overcoat_core::frame::{Aov, AovPlane, Clipping, Target};
 use overcoat_core::jobs::Scratch;
 use overcoat_core::math::lanes::SimdLevel;
@@ -21,6 +22,8 @@ pub(super) struct TileMemory {
     tiles: Vec<TileJob>,
     /// What each tile of the last pass took.
     costs: Vec<TileCost>,
+    /// What the rays of some of the tiles have found.
+    traced: TracedRows,
 }
 
 /// What the tiles find beside the picture.
@@ -44,7 +47,7 @@ pub(super) struct Found {
 /// copy of all that tiles go through, for every instruction set. On x86-64 each is a package of its own, which build beside
 /// each other.
 #[inline(never)]
-fn render_tile(
+pub(super) fn render_tile(
     simd: SimdLevel,
     pass: &Pass<'_>,
     tile: &Tile<'_>,
@@ -88,17 +91,28 @@ pub(super) fn render_tiles(
             ..TileJob::default()
         }
     }));
-    pool.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
-        if !pass.draws(tile) {
-            job.cost = TileCost::default();
-            return;
+    let at_once = if pass.effects.traced.is_some() { memory.traced.start(grid) } else { grid.rows() };
+    for first in (0..grid.rows()).step_by(at_once.max(1) as usize) {
+        let end = grid.rows().min(first + at_once);
+        let mut pass = *pass;
+        if pass.effects.traced.is_some() {
+            memory.traced.trace_before(end, pool, &pass, &mut memory.scratch, simd);
+            pass.traced_tiles = Some(memory.traced.known(grid));
         }
-        let mut rows = std::mem::take(&mut scratch.rows).emptied();
-        strips.take(grid, tile, &mut rows);
-        let tile = &pass.tile(tile);
-        render_tile(simd, pass, tile, scratch, &mut rows, job);
-        scratch.rows = rows.emptied();
-    });
+        let [start, end] = [first, end].map(|row| (row * grid.columns()) as usize);
+        pool.for_each_with_scratch(&mut memory.scratch, &mut tiles[start..end], |scratch, number, job| {
+            let tile = start + number;
+            if !pass.draws(tile) {
+                job.cost = TileCost::default();
+                return;
+            }
+            let mut rows = std::mem::take(&mut scratch.rows).emptied();
+            strips.take(grid, tile, &mut rows);
+            let tile = &pass.tile(tile);
+            render_tile(simd, &pass, tile, scratch, &mut rows, job);
+            scratch.rows = rows.emptied();
+        });
+    }
     TileScratch::level(&mut memory.scratch);
     memory.strips = strips.emptied();
     planes.blank = Blank::default();

@@ -1,47 +1,56 @@
-//! Rays of neighbouring pixels, taken together.
+//! What the rays of the surfaces of a tile have found, kept until its neighbours are shaded too.
 //!
 //! Rays are turned from pixel to pixel, so that those of many pixels are as good as one set of so many times as many
-//! (interleaved sampling: Keller and Heidrich 2001). Where neighbours are alike (of one material, on one plane, with lobes of
-//! nearly one direction and width), what their rays have found counts for each of them: first in squares of 2 x 2 pixels, of
-//! which those that are alike have one sum, and then over 4 x 4 of such squares.
-//!
-//! **Invariant:** pixels have neighbours only in their own cell of 16 x 16, which lies in one tile whatever the tiles' size.
+//! (interleaved sampling: Keller and Heidrich 2001). Surfaces of one pixel that are alike (of one material, on one plane, with
+//! lobes of nearly one direction and width) share what their rays have found, and one of them stands for the pixel where others
+//! look around themselves (`light_filter.rs`).
 
-use super::reach::CELL;
 use overcoat_core::math::triple::{difference, dot};
 use overcoat_core::reuse::reserve_like;
 use overcoat_stages::gbuffer::Fragment;
 use overcoat_stages::gbuffer::layout::{self, Plane, SurfacePlanes};
 use overcoat_stages::shade::{Found, TracedLobe};
 
-/// Squares of 2 x 2 pixels along a side of the neighbourhood.
-const SIDE: u32 = 4;
+/// Rows that are kept of each receiver: those that depth maps and rays fill.
+pub(super) const KEPT: std::ops::Range<usize> = layout::DIFFUSE_SEEN.first..layout::BACKDROP_COLOR.first;
 
-/// Squares along a side of a cell.
-const SQUARES: u32 = CELL / 2;
-
-/// Squares along a row of the largest tile.
-const COLUMNS: u32 = 64 / 2;
+/// One lane of these rows.
+pub(super) type Kept = [f32; KEPT.end - KEPT.start];
 
 /// No receiver.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
-/// Sums that a square has at the most: receivers that are like none of these have what their own rays have found.
-const MOST_LEADERS: usize = 8;
+/// Groups of a pixel at the most: receivers that are like none of these have what their own rays have found.
+const MOST_GROUPS: usize = 8;
 
-/// Receivers of a square that are as like as this have one sum.
+/// Receivers of a pixel that are as like as this are one group.
 const ALIKE: f32 = 0.8;
+
+/// A share for each lobe.
+pub(super) type Shares = [f32; TracedLobe::COUNT];
+
+/// Square of the sine of the angle by which a neighbour may lie above or below the plane of a surface.
+pub(super) const PLANE: f32 = 0.1;
+
+/// From this alpha on reflections are taken together, and over how much of it it becomes all.
+const NARROW: [f32; 2] = [0.02, 0.06];
+
+/// Square of the length of the difference of unit normals from which on diffuse light is another one.
+pub(super) const TURNED: f32 = 0.3;
+
+/// The same for reflections, in units of the square of their alpha; and the share of alpha by which they may be rougher.
+const LOBE: [f32; 2] = [0.5, 0.3];
 
 /// How a surface receives light, as far as neighbours have to be alike.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Receiver {
-    material: u32,
-    position: [f32; 3],
-    face: [f32; 3],
+    pub(super) material: u32,
+    pub(super) position: [f32; 3],
+    pub(super) face: [f32; 3],
     /// Of base and coat.
-    normals: [[f32; 3]; 2],
+    pub(super) normals: [[f32; 3]; 2],
     /// Squares of the perceptual roughness, likewise.
-    alpha: [f32; 2],
+    pub(super) alpha: [f32; 2],
     pub(super) roughness: [f32; 2],
 }
 
@@ -61,95 +70,50 @@ impl Receiver {
             roughness,
         }
     }
-}
 
-/// Square of the sine of the angle by which a neighbour may lie above or below the plane of a surface.
-const PLANE: f32 = 0.1;
-
-/// From this alpha on reflections are taken together, and over how much of it it becomes all.
-const NARROW: [f32; 2] = [0.02, 0.06];
-
-/// Square of the length of the difference of unit normals from which on diffuse light is another one.
-const TURNED: f32 = 0.3;
-
-/// The same for reflections, in units of the square of their alpha; and the share of alpha by which they may be rougher.
-const LOBE: [f32; 2] = [0.5, 0.3];
-
-/// What a receiver asks of its neighbours.
-struct Likeness<'a> {
-    of: &'a Receiver,
-    /// How much its lobes take of others at the most.
-    most: Shares,
-    /// For base and coat, how fast that sinks with the square of the difference of normals, and with the difference of alpha.
-    slopes: [[f32; 2]; 2],
-}
-
-/// A share for each lobe.
-type Shares = [f32; TracedLobe::COUNT];
-
-/// How much the lobes of a receiver take of others at the most: nothing if they have sent no rays, or if they are narrow.
-#[inline(always)]
-fn most_taken(of: &Receiver, own: &Found) -> Shares {
-    let mut most = [0.0; TracedLobe::COUNT];
-    for lobe in TracedLobe::ALL {
-        if own.has_sent(lobe) {
-            most[lobe as usize] = match lobe {
-                TracedLobe::Diffuse => 1.0,
-                TracedLobe::Base => at_most_1((of.alpha[0] - NARROW[0]) * (1.0 / NARROW[1])),
-                TracedLobe::Coat => at_most_1((of.alpha[1] - NARROW[0]) * (1.0 / NARROW[1])),
-            };
-        }
-    }
-    most
-}
-
-impl<'a> Likeness<'a> {
+    /// How much its lobes take of others at the most: nothing if they have sent no rays, or if they are narrow.
     #[inline(always)]
-    fn new(of: &'a Receiver, most: Shares) -> Self {
-        let slopes = of.alpha.map(|alpha| {
+    pub(super) fn most_taken(&self, own: &Found) -> Shares {
+        let wide = |alpha: f32| at_least_0(at_most_1((alpha - NARROW[0]) * (1.0 / NARROW[1])));
+        let most = [1.0, wide(self.alpha[0]), wide(self.alpha[1])];
+        TracedLobe::ALL.map(|lobe| if own.has_sent(lobe) { most[lobe as usize] } else { 0.0 })
+    }
+
+    /// For base and coat, how fast likeness sinks with the square of the difference of normals, and with the difference of alpha.
+    #[inline(always)]
+    pub(super) fn slopes(&self) -> [[f32; 2]; 2] {
+        self.alpha.map(|alpha| {
             let alpha = if alpha > NARROW[0] { alpha } else { NARROW[0] };
             [1.0 / (LOBE[0] * alpha * alpha), 1.0 / (LOBE[1] * alpha)]
-        });
-        Self { of, most, slopes }
+        })
     }
 
-    /// Whether another of the same square has what it has.
+    /// Whether another of the same pixel has what it has.
     #[inline(always)]
-    fn is_alike(&self, other: &Receiver, most: Shares) -> bool {
-        let shares = self.with(other);
-        let own = self.most;
-        own == most && (0..shares.len()).all(|k| own[k] == 0.0 || (own[k] == 1.0 && shares[k] > ALIKE))
-    }
-
-    /// How much what the rays of another have found counts, lobe by lobe.
-    #[inline(always)]
-    fn with(&self, other: &Receiver) -> Shares {
-        let none = [0.0; TracedLobe::COUNT];
-        if self.of.material != other.material {
-            return none;
+    fn is_alike(&self, other: &Self, [own, others]: [Shares; 2]) -> bool {
+        if self.material != other.material || own != others {
+            return false;
         }
-        let mut likeness = none;
-        let turned = square(difference(self.of.normals[0], other.normals[0]));
-        likeness[0] = self.most[0] * at_least_0(1.0 - turned * (1.0 / TURNED));
-        let reflected = |k: usize, turned: f32| {
-            let [turn, rougher] = self.slopes[k];
-            let rougher = (self.of.alpha[k] - other.alpha[k]).abs() * rougher;
-            self.most[k + 1] * at_least_0(1.0 - turned * turn) * at_least_0(1.0 - rougher)
+        let turned = [0, 1].map(|k| square(difference(self.normals[k], other.normals[k])));
+        let slopes = self.slopes();
+        let reflected = |k: usize| {
+            let [turn, rougher] = slopes[k];
+            let rougher = (self.alpha[k] - other.alpha[k]).abs() * rougher;
+            at_least_0(1.0 - turned[k] * turn) * at_least_0(1.0 - rougher)
         };
-        likeness[1] = reflected(0, turned);
-        if self.most[2] > 0.0 {
-            likeness[2] = reflected(1, square(difference(self.of.normals[1], other.normals[1])));
-        }
-        let apart = difference(other.position, self.of.position);
-        let height = dot(apart, self.of.face);
-        if height * height > PLANE * square(apart) { none } else { likeness }
+        let likeness = [1.0 - turned[0] * (1.0 / TURNED), reflected(0), reflected(1)];
+        let apart = difference(other.position, self.position);
+        let height = dot(apart, self.face);
+        height * height <= PLANE * square(apart)
+            && likeness[0] > ALIKE
+            && [1, 2].iter().all(|k| own[*k] == 0.0 || (own[*k] == 1.0 && likeness[*k] > ALIKE))
     }
 }
 
-/// From 0 to 1; 0 of what is no number.
+/// Not more than 1.
 #[inline(always)]
 fn at_most_1(x: f32) -> f32 {
-    at_least_0(if x > 1.0 { 1.0 } else { x })
+    if x > 1.0 { 1.0 } else { x }
 }
 
 /// Not less than 0; 0 of what is no number.
@@ -163,156 +127,129 @@ fn square(a: [f32; 3]) -> f32 {
     dot(a, a)
 }
 
-/// The receivers of a tile, and what those that are alike have found.
+/// The receivers of a tile, and what their rays have found.
 #[derive(Debug, Default)]
-pub struct Pool {
-    /// For each square the first of those that lead, and for each of those the next.
-    first: Vec<u32>,
-    next: Vec<u32>,
-    /// For each receiver, the one of its square whose sum it has.
-    leader: Vec<u32>,
-    /// How much the lobes of each take at the most.
-    most: Vec<Shares>,
-    /// Sums of those that have one leader, and of all around them.
-    squares: Vec<Found>,
-    sums: Vec<Found>,
+pub struct TracedTile {
+    /// Columns of the tile.
+    width: u32,
+    /// For each receiver: the planes that depth maps fill.
+    pub(super) rows: Vec<Kept>,
+    /// For each receiver: what its own rays have found.
+    pub(super) found: Vec<Found>,
+    pub(super) receivers: Vec<Receiver>,
+    /// The first of its group; none of what takes nothing of others.
+    pub(super) leaders: Vec<u32>,
+    /// Sums over groups, where their first are.
+    pub(super) sums: Vec<Found>,
+    /// For each pixel the first of the group that covers most of it.
+    shown: Vec<u32>,
 }
 
-impl Pool {
+/// Working memory of [`TracedTile::group`].
+#[derive(Debug, Default)]
+pub(super) struct Groups {
+    /// For each pixel the first receiver of its last group, and for each of those that of the group before.
+    last: Vec<u32>,
+    before: Vec<u32>,
+    /// Samples that each group covers.
+    covered: Vec<u32>,
+}
+
+impl Groups {
     /// Takes as much memory as `other` has.
-    pub fn reserve_like(&mut self, other: &Self) {
-        reserve_like(&mut self.first, &other.first);
-        reserve_like(&mut self.next, &other.next);
-        reserve_like(&mut self.leader, &other.leader);
-        reserve_like(&mut self.most, &other.most);
-        reserve_like(&mut self.squares, &other.squares);
-        reserve_like(&mut self.sums, &other.sums);
+    pub(super) fn reserve_like(&mut self, other: &Self) {
+        reserve_like(&mut self.last, &other.last);
+        reserve_like(&mut self.before, &other.before);
+        reserve_like(&mut self.covered, &other.covered);
+    }
+}
+
+impl TracedTile {
+    /// Makes room for so many receivers in a tile of this size.
+    pub fn start(&mut self, receivers: usize, [width, height]: [u32; 2]) {
+        let Self { rows, found, leaders, sums, shown, .. } = self;
+        self.width = width;
+        rows.clear();
+        rows.resize(receivers, [0.0; KEPT.end - KEPT.start]);
+        found.clear();
+        found.resize(receivers, Found::default());
+        self.receivers.clear();
+        self.receivers.resize(receivers, Receiver::default());
+        leaders.clear();
+        leaders.resize(receivers, NONE);
+        sums.clear();
+        shown.clear();
+        shown.resize((width * height) as usize, NONE);
     }
 
-    /// Adds up what the rays of receivers have found, each of a fragment of a tile of this size.
-    pub fn add_up(
-        &mut self,
-        fragments: &[Fragment],
-        receivers: &[Receiver],
-        found: &[Found],
-        size: [u32; 2],
-    ) {
-        self.squares.clear();
-        self.squares.extend_from_slice(found);
-        self.most.clear();
-        self.most.extend(receivers.iter().zip(found).map(|(receiver, own)| most_taken(receiver, own)));
-        self.lead(fragments, receivers, found);
-        self.sums.clear();
-        self.sums.extend_from_slice(&self.squares);
-        for (number, fragment) in fragments.iter().enumerate() {
-            if self.leader[number] == number as u32 {
-                self.add_neighbours(number, fragment, receivers, size);
+    /// The receiver that stands for a pixel, and what its group has found.
+    #[inline(always)]
+    pub fn shown(&self, column: u32, row: u32) -> Option<(&Receiver, &Found)> {
+        let place = *self.shown.get((row * self.width + column) as usize)?;
+        Some((self.receivers.get(place as usize)?, self.sums.get(place as usize)?))
+    }
+
+    /// What counts for a receiver, of what its group and its neighbours have found.
+    #[inline(always)]
+    pub(super) fn pooled(&self, place: u32, sums: &[Found]) -> Found {
+        let mut own = self.found[place as usize];
+        let Some(all) = sums.get(self.leaders[place as usize] as usize) else { return own };
+        let most = self.receivers[place as usize].most_taken(&own);
+        for lobe in TracedLobe::ALL {
+            if most[lobe as usize] > 0.0 {
+                own.of_rays_mut(lobe).copy_from_slice(all.of_rays(lobe));
             }
         }
+        if own.has_direct() {
+            own.of_lamps_mut().copy_from_slice(all.of_lamps());
+        }
+        own
     }
 
-    /// Finds a leader for each receiver that takes anything, and adds up what those of one have found.
-    fn lead(&mut self, fragments: &[Fragment], receivers: &[Receiver], found: &[Found]) {
-        self.first.clear();
-        self.first.resize((COLUMNS * COLUMNS) as usize, NONE);
-        self.next.clear();
-        self.next.resize(receivers.len(), NONE);
-        self.leader.clear();
-        self.leader.resize(receivers.len(), NONE);
+    /// Puts receivers, each of a fragment, into groups, and adds up what those of one have found.
+    pub(super) fn group(&mut self, fragments: &[Fragment], memory: &mut Groups) {
+        let Self { width, found, receivers, leaders, sums, shown, .. } = self;
+        let Groups { last, before, covered } = memory;
+        sums.extend_from_slice(found);
+        last.clear();
+        last.resize(shown.len(), NONE);
+        before.clear();
+        before.resize(receivers.len(), NONE);
+        covered.clear();
+        covered.resize(receivers.len(), 0);
         for (number, fragment) in fragments.iter().enumerate() {
-            if self.most[number] == [0.0; TracedLobe::COUNT] {
+            let most = receivers[number].most_taken(&found[number]);
+            if most == [0.0; TracedLobe::COUNT] && !found[number].has_direct() {
                 continue;
             }
-            let square = (fragment.row() / 2 * COLUMNS + fragment.column() / 2) as usize;
-            let (mut leader, mut leaders) = (self.first[square], 0);
-            while leader != NONE {
-                leaders += 1;
-                let k = leader as usize;
-                if Likeness::new(&receivers[k], self.most[k]).is_alike(&receivers[number], self.most[number])
-                {
+            let pixel = (fragment.row() * *width + fragment.column()) as usize;
+            let (mut leader, mut groups) = (last[pixel], 0);
+            while let Some(other) = receivers.get(leader as usize) {
+                groups += 1;
+                let others = other.most_taken(&found[leader as usize]);
+                if other.is_alike(&receivers[number], [others, most]) {
                     break;
                 }
-                leader = self.next[k];
+                leader = before[leader as usize];
             }
             if leader == NONE {
-                if leaders == MOST_LEADERS {
+                if groups == MOST_GROUPS {
                     continue;
                 }
                 leader = number as u32;
-                self.next[number] = std::mem::replace(&mut self.first[square], leader);
+                before[number] = std::mem::replace(&mut last[pixel], leader);
             } else {
                 for lobe in TracedLobe::ALL {
-                    self.squares[leader as usize].add_share(lobe, &found[number], 1.0);
+                    sums[leader as usize].add(lobe, &found[number]);
                 }
             }
-            self.leader[number] = leader;
-        }
-    }
-
-    /// Adds what those around a leader have found.
-    fn add_neighbours(&mut self, number: usize, fragment: &Fragment, receivers: &[Receiver], size: [u32; 2]) {
-        let Self { first, next, most, squares, sums, .. } = self;
-        let likeness = Likeness::new(&receivers[number], most[number]);
-        let sum = &mut sums[number];
-        for row in window(fragment.row() / 2, size[1].div_ceil(2)) {
-            for column in window(fragment.column() / 2, size[0].div_ceil(2)) {
-                let mut other = first[(row * COLUMNS + column) as usize];
-                while other != NONE {
-                    let k = other as usize;
-                    other = next[k];
-                    if k == number {
-                        continue;
-                    }
-                    let shares = likeness.with(&receivers[k]);
-                    for lobe in TracedLobe::ALL {
-                        if shares[lobe as usize] > 0.0 {
-                            sum.add_share(lobe, &squares[k], shares[lobe as usize]);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// What counts for a receiver, whose own rays have found `own`.
-    #[inline(always)]
-    pub fn sum(&self, place: u32, own: &Found) -> Found {
-        let mut sum = *own;
-        if let Some(all) = self.sums.get(self.leader[place as usize] as usize) {
-            for lobe in TracedLobe::ALL {
-                if self.most[place as usize][lobe as usize] > 0.0 {
-                    sum.take(lobe, all);
-                }
-            }
-        }
-        sum
-    }
-}
-
-/// The neighbours of a square along one axis, in a tile of this size in squares: moved into the cell where they would pass its
-/// sides.
-#[inline(always)]
-fn window(at: u32, size: u32) -> std::ops::Range<u32> {
-    let (cell, number) = (at / SQUARES * SQUARES, at % SQUARES);
-    let count = (size - cell).min(SQUARES);
-    // By turns one more on the one side and on the other.
-    let first = number.saturating_sub(SIDE / 2 - number % 2).min(count.saturating_sub(SIDE));
-    cell + first..cell + count.min(first + SIDE)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn neighbours_lie_in_the_cell_and_every_square_is_its_own() {
-        for size in [1, 2, 5, 8, 10, 32] {
-            for at in 0..size {
-                let found = window(at, size);
-                let cell = |square: u32| square / SQUARES;
-                assert!(found.contains(&at) && found.end <= size, "{at} {size} {found:?}");
-                assert!(found.clone().all(|k| cell(k) == cell(at)), "{at} {size} {found:?}");
-                assert_eq!(found.len() as u32, (size - cell(at) * SQUARES).min(SIDE));
+            leaders[number] = leader;
+            let of_group = &mut covered[leader as usize];
+            *of_group += fragment.mask.count_ones();
+            let of_group = *of_group;
+            let best = &mut shown[pixel];
+            if covered.get(*best as usize).is_none_or(|most| of_group > *most) {
+                *best = leader;
             }
         }
     }

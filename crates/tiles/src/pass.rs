@@ -2,6 +2,7 @@
 
 use super::draws::DrawState;
 use super::ground_pixels::GroundView;
+use super::light_filter::Neighbourhood;
 use super::reach::Reach;
 use super::shading_rate::Finer;
 use super::splats::SplatScene;
@@ -78,6 +79,7 @@ impl PassKind {
 }
 
 /// What a pass is for.
+#[derive(Clone, Copy)]
 pub enum Purpose<'a> {
     /// Linear pixels, and what is wanted beside them.
     Draw(Wanted<'a>),
@@ -85,6 +87,8 @@ pub enum Purpose<'a> {
     Count,
     /// Texture feedback: nothing is shaded, fragments ask lazy textures for the levels that they read.
     Feedback,
+    /// Nothing is shaded: opaque fragments send their rays, before those of any tile around are shaded.
+    Trace,
 }
 
 /// What is wanted of a pass beside linear pixels.
@@ -103,6 +107,7 @@ pub struct Wanted<'a> {
 }
 
 /// One run over all tiles.
+#[derive(Clone, Copy)]
 pub struct Pass<'a> {
     /// The frame that it is a pass of.
     pub frame: &'a FrameContext<'a>,
@@ -114,13 +119,21 @@ pub struct Pass<'a> {
     pub effects: Effects<'a>,
     /// Counters of the work, and its limits.
     pub work: &'a Work<'a>,
+    /// What rays have found in the tiles around those that are drawn, where there are rays.
+    pub traced_tiles: Option<Neighbourhood<'a>>,
 }
 
 impl<'a> Pass<'a> {
     /// Whether nothing is drawn.
     #[inline(always)]
     pub fn only_counts(&self) -> bool {
-        matches!(self.purpose, Purpose::Count | Purpose::Feedback)
+        matches!(self.purpose, Purpose::Count | Purpose::Feedback | Purpose::Trace)
+    }
+
+    /// Whether opaque fragments send their rays, and that is all.
+    #[inline(always)]
+    pub fn traces(&self) -> bool {
+        matches!(self.purpose, Purpose::Trace)
     }
 
     /// Whether fragments ask for the textures that they read, and that is all.
@@ -133,7 +146,7 @@ impl<'a> Pass<'a> {
     pub fn wanted(&self) -> Wanted<'a> {
         match self.purpose {
             Purpose::Draw(wanted) => wanted,
-            Purpose::Count | Purpose::Feedback => Wanted::default(),
+            Purpose::Count | Purpose::Feedback | Purpose::Trace => Wanted::default(),
         }
     }
 
@@ -142,7 +155,7 @@ impl<'a> Pass<'a> {
     pub fn developer(&self) -> Option<&Developer> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.developer.as_ref(),
-            Purpose::Count | Purpose::Feedback => None,
+            Purpose::Count | Purpose::Feedback | Purpose::Trace => None,
         }
     }
 
@@ -151,7 +164,7 @@ impl<'a> Pass<'a> {
     pub fn target(&self) -> Option<&TargetWriter> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.target.as_ref(),
-            Purpose::Count | Purpose::Feedback => None,
+            Purpose::Count | Purpose::Feedback | Purpose::Trace => None,
         }
     }
 
@@ -201,7 +214,7 @@ impl<'a> Pass<'a> {
             Purpose::Draw(wanted) => wanted.hashes || !wanted.aovs.is_empty(),
             Purpose::Count => false,
             // Its fragments are wanted.
-            Purpose::Feedback => true,
+            Purpose::Feedback | Purpose::Trace => true,
         };
         self.kind == PassKind::OverBackdrop
             && !wanted

@@ -1,10 +1,12 @@
 //! Light that reaches the opaque surfaces of a tile past others and from them: found once for each surface of a pixel.
 //!
 //! What depth maps and rays say changes slowly from pixel to pixel, and costs more than shading. So it is not found for each of
-//! the parts that a fragment may be [split](overcoat_stages::gbuffer::split_fragments) into, but once for all, as if it were whole; and
-//! what the few rays of one pixel have found is added to what those of its neighbours have (`light_pool.rs`).
+//! the parts that a fragment may be [split](overcoat_stages::gbuffer::split_fragments) into, but once for all, as if it were whole. What
+//! the few rays of one pixel have found is added to what those of its neighbours have, in other tiles too: rays are sent in a
+//! run of their own before tiles are shaded.
 
-use super::light_pool::{Pool, Receiver};
+use super::light_filter::{LightFilter, LightWindow};
+use super::light_pool::{Groups, KEPT, Kept, NONE, Receiver, TracedTile};
 use super::pass::Pass;
 use super::shading_order::ShadingOrder;
 use super::tile_shading::ShadingInput;
@@ -17,9 +19,6 @@ use overcoat_stages::shade::{
     store_surface,
 };
 
-/// Rows that are kept of each receiver: those that depth maps and rays fill.
-const KEPT: std::ops::Range<usize> = layout::DIFFUSE_SEEN.first..layout::BACKDROP_COLOR.first;
-
 /// So many hits are shaded at once: enough that most of sixteen have one material, and no more memory than a tile takes.
 const HITS_AT_ONCE: usize = 1 << 13;
 
@@ -30,14 +29,15 @@ pub struct TileLight {
     whole: Vec<Fragment>,
     /// For each fragment, the place of its whole.
     whole_of: Vec<u32>,
-    /// The planes of each whole fragment.
-    rows: Vec<[f32; KEPT.end - KEPT.start]>,
-    found: Vec<Found>,
-    receivers: Vec<Receiver>,
+    /// The planes of each whole fragment, once they are filled.
+    rows: Vec<Kept>,
+    /// What the first of each group and its neighbours have found.
+    pooled: Vec<Found>,
     /// Those that are found, in the order in which they are, and the materials of them: each with the end of its stretch.
     order: Vec<u32>,
     stretches: Vec<(u32, usize)>,
-    pool: Pool,
+    groups: Groups,
+    window: LightWindow,
     trace: TraceScratch,
 }
 
@@ -47,25 +47,26 @@ impl TileLight {
         reserve_like(&mut self.whole, &other.whole);
         reserve_like(&mut self.whole_of, &other.whole_of);
         reserve_like(&mut self.rows, &other.rows);
-        reserve_like(&mut self.found, &other.found);
-        reserve_like(&mut self.receivers, &other.receivers);
+        reserve_like(&mut self.pooled, &other.pooled);
         reserve_like(&mut self.order, &other.order);
         reserve_like(&mut self.stretches, &other.stretches);
-        self.pool.reserve_like(&other.pool);
+        self.groups.reserve_like(&other.groups);
+        self.window.reserve_like(&other.window);
     }
 
-    /// Finds the light of the opaque fragments of a tile. False if a limit stops it.
+    /// Sends the rays of the opaque fragments of a tile, into what is kept of it. False if a limit stops it.
     #[inline(always)]
-    pub fn find<L: Lanes>(
+    pub fn send_all<L: Lanes>(
         &mut self,
         l: L,
-        pass: &Pass<'_>,
-        traced: &TracedLight<'_>,
+        (pass, traced): (&Pass<'_>, &TracedLight<'_>),
         input: &ShadingInput<'_>,
         order: &ShadingOrder,
         (batch, planes): (&mut Batch, &mut SurfacePlanes),
+        out: &mut TracedTile,
     ) -> bool {
         self.list(&input.fragments[..input.opaque]);
+        out.start(self.whole.len(), input.tile.size);
         self.list_receivers(pass, order, input.opaque);
         let mut place = SurfacePlace::none(l);
         let mut listed = 0;
@@ -81,16 +82,54 @@ impl TileLight {
                 }
                 let places = first..end.min(first + LANES);
                 let memory = (&mut *batch, &mut place, &mut *planes);
-                self.send(l, (pass, traced), input, (number, &reading), places, memory);
+                self.send(l, (pass, traced), input, (number, &reading), places, (memory, &mut *out));
                 if self.trace.waiting() >= HITS_AT_ONCE {
-                    traced.shade_hits(l, &pass.frame.shade, &mut self.trace, &mut self.found);
+                    traced.shade_hits(l, &pass.frame.shade, &mut self.trace, &mut out.found);
                 }
             }
             listed = end;
         }
-        traced.shade_hits(l, &pass.frame.shade, &mut self.trace, &mut self.found);
-        self.store(l, pass, input, planes);
+        traced.shade_hits(l, &pass.frame.shade, &mut self.trace, &mut out.found);
+        out.group(&self.whole, &mut self.groups);
         true
+    }
+
+    /// Finds the light of the opaque fragments of a tile, of what the rays of it and its neighbours have found.
+    #[inline(always)]
+    pub fn find<L: Lanes>(
+        &mut self,
+        l: L,
+        (pass, traced): (&Pass<'_>, &TracedLight<'_>),
+        input: &ShadingInput<'_>,
+        order: &ShadingOrder,
+        planes: &mut SurfacePlanes,
+    ) {
+        self.list(&input.fragments[..input.opaque]);
+        self.list_receivers(pass, order, input.opaque);
+        let (tile, around) = (input.tile, pass.traced_tiles);
+        let Some(own) = around.and_then(|around| around.tile(around.grid.tile_of(tile.corner))) else {
+            return;
+        };
+        let Self { whole, rows, pooled, window, .. } = self;
+        rows.clear();
+        rows.extend_from_slice(&own.rows);
+        pooled.clear();
+        pooled.extend_from_slice(&own.sums);
+        if own.leaders.iter().any(|leader| *leader != NONE) {
+            around.into_iter().for_each(|around| window.fill(around, tile.corner, tile.size));
+            let filter = LightFilter::new(window, traced.samples.period());
+            for (number, (receiver, fragment)) in own.receivers.iter().zip(&*whole).enumerate() {
+                if own.leaders[number] == number as u32 {
+                    let most = receiver.most_taken(&own.found[number]);
+                    let at = [fragment.column(), fragment.row()];
+                    l.run(
+                        #[inline(always)]
+                        || filter.add_neighbours(l, receiver, most, at, &mut pooled[number]),
+                    );
+                }
+            }
+        }
+        self.store(l, pass, own, planes);
     }
 
     /// Lists whole fragments.
@@ -106,11 +145,6 @@ impl TileLight {
             }
             self.whole_of.push(self.whole.len() as u32 - 1);
         }
-        self.rows.resize(self.whole.len(), [0.0; KEPT.end - KEPT.start]);
-        self.receivers.clear();
-        self.receivers.resize(self.whole.len(), Receiver::default());
-        self.found.clear();
-        self.found.resize(self.whole.len(), Found::default());
     }
 
     /// Lists those of which light is found, in the order of shading.
@@ -148,11 +182,15 @@ impl TileLight {
         input: &ShadingInput<'_>,
         (number, reading): (u32, &SurfaceReading<'_>),
         places: std::ops::Range<usize>,
-        (batch, place, planes): (&mut Batch, &mut SurfacePlace<L>, &mut SurfacePlanes),
+        ((batch, place, planes), out): (
+            (&mut Batch, &mut SurfacePlace<L>, &mut SurfacePlanes),
+            &mut TracedTile,
+        ),
     ) {
         let (frame, tile) = (pass.frame, input.tile);
         let (context, material) = (&frame.shade, reading.material);
-        let Self { whole, rows, found, receivers, order, trace, .. } = self;
+        let Self { whole, order, trace, .. } = self;
+        let TracedTile { rows, found, receivers, .. } = out;
         let places = &order[places];
         batch.gather(whole, places, &input.triangles, tile.origin, frame.pattern);
         place.find(l, context, reading, batch);
@@ -169,17 +207,10 @@ impl TileLight {
         }
     }
 
-    /// Adds up what neighbours have found, and keeps what it comes to.
+    /// Keeps what all that was found comes to.
     #[inline(always)]
-    fn store<L: Lanes>(
-        &mut self,
-        l: L,
-        pass: &Pass<'_>,
-        input: &ShadingInput<'_>,
-        planes: &mut SurfacePlanes,
-    ) {
-        let Self { whole, rows, found, receivers, order, stretches, pool, .. } = self;
-        pool.add_up(whole, receivers, found, input.tile.size);
+    fn store<L: Lanes>(&mut self, l: L, pass: &Pass<'_>, own: &TracedTile, planes: &mut SurfacePlanes) {
+        let Self { rows, pooled: sums, order, stretches, .. } = self;
         let mut listed = 0;
         for &(number, end) in &*stretches {
             let material = &pass.frame.shade.materials[number as usize];
@@ -189,10 +220,10 @@ impl TileLight {
                     for (row, kept) in planes.rows[KEPT].iter_mut().zip(&rows[place as usize]) {
                         row[lane] = *kept;
                     }
-                    let receiver = &receivers[place as usize];
+                    let receiver = &own.receivers[place as usize];
                     planes.rows[layout::ROUGHNESS.first][lane] = receiver.roughness[0];
                     planes.rows[layout::COAT_ROUGHNESS.first][lane] = receiver.roughness[1];
-                    pooled[lane] = pool.sum(place, &found[place as usize]);
+                    pooled[lane] = own.pooled(place, sums);
                 }
                 Found::store(l, material, &pooled, planes);
                 for (lane, &place) in places.iter().enumerate() {

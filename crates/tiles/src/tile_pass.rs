@@ -2,6 +2,7 @@
 
 use super::aov::TileAovs;
 use super::ground_pixels::GroundView;
+use super::light_pool::TracedTile;
 use super::pass::{Pass, Tile};
 use super::resolve::{self, Behind, Distant, ResolveScratch, TilePixels};
 use super::splat_tile::{SplatScratch, Surfaces};
@@ -117,6 +118,8 @@ pub struct TileJob {
     pub cost: TileCost,
     /// Hashes of the fragments, if they were asked for.
     pub hashes: Option<FragmentHashes>,
+    /// What rays have found, where that is what the run is for.
+    pub traced: TracedTile,
 }
 
 /// What the parts of a tile have in common.
@@ -178,9 +181,15 @@ pub fn render_tile<L: Lanes>(
     }
     let one_material = frame.one_material(tile.runs);
     let context = &lit_context(pass, tile, lights);
+    let parts = TileParts { tile, context, opaque, one_material };
+
+    // Send rays, if that is all.
+    if pass.traces() {
+        shade_and_resolve(l, pass, &parts, 0, None, stages, job);
+        return;
+    }
 
     // Shade and resolve the fragments, blended ones and splats with them.
-    let parts = TileParts { tile, context, opaque, one_material };
     draw_parts(l, pass, &parts, stages, job);
 
     // Draw the splats of pixels without surfaces.

@@ -152,18 +152,23 @@ pub fn shade_fragments<L: Lanes>(
     if pass.gives_feedback() {
         give_feedback(l, pass, input, order, batch, job.aovs.wants_lobes());
     }
+    let traced = &pass.effects.traced;
+    if pass.traces() {
+        let memory = (&mut *batch, planes);
+        return traced
+            .as_ref()
+            .is_none_or(|traced| light.send_all(l, (pass, traced), input, order, memory, &mut job.traced));
+    }
     if pass.only_counts() {
         return true;
     }
 
     // Find the light that reaches opaque surfaces past others, once for the parts of each.
-    let traced = &pass.effects.traced;
     let found_first = traced.is_some() && input.start == 0;
     if let Some(traced) = traced
         && found_first
-        && !light.find(l, pass, traced, input, order, (batch, planes))
     {
-        return false;
+        light.find(l, (pass, traced), input, order, planes);
     }
 
     let mut place = SurfacePlace::none(l);

@@ -63,6 +63,13 @@ impl<'a> Work<'a> {
         Self { cancellation, ..self }
     }
 
+    /// Nothing done yet of the same picture: for a run of its own before that whose work is counted. Without limits if `is_free`.
+    pub fn anew(&self, is_free: bool) -> Self {
+        let most = if is_free { [u64::MAX; 4] } else { self.most };
+        let (sums, stopped) = (Default::default(), AtomicBool::new(false));
+        Self { sums, most, shading: self.shading, stopped, cancellation: self.cancellation }
+    }
+
     /// Counts work that is about to be done; false if it must not be, or if other work has passed its limit already.
     pub fn spend(&self, what: Spent, amount: u64) -> bool {
         let before = self.sums[what as usize].fetch_add(amount, Ordering::Relaxed);
@@ -73,6 +80,11 @@ impl<'a> Work<'a> {
             self.stopped.store(true, Ordering::Relaxed);
         }
         !self.is_stopped()
+    }
+
+    /// Stops all work.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
     }
 
     /// True once a limit is passed, or it was cancelled: nothing more is to be begun.

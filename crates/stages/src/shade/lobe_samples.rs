@@ -5,8 +5,9 @@ use overcoat_core::math::double;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// Pixels along a side of the square after which the turns repeat.
-const SIDE: u32 = 8;
+/// Rays below which the turns repeat after eight, four and two pixels, as powers of two: the more rays, the fewer pixels it takes
+/// until they are many.
+const REPEATS: [(u32, u32); 3] = [(8, 3), (32, 2), (128, 1)];
 
 /// Points of the unit square, the first coordinate as an angle.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,6 +16,8 @@ pub struct LobeSamples {
     points: Vec<[f32; 3]>,
     /// What is added to them in each pixel of a square: an angle by its cosine and sine, and a shift.
     turns: Vec<[f32; 3]>,
+    /// Pixels along a side of that square.
+    side: u32,
 }
 
 impl LobeSamples {
@@ -32,16 +35,18 @@ impl LobeSamples {
             let (sin, cos) = double::sin_cos(turn * std::f64::consts::TAU);
             [cos as f32, sin as f32, other as f32]
         };
+        let bits = REPEATS.iter().find(|(rays, _)| count < *rays).map_or(0, |(_, bits)| *bits);
+        let side = 1 << bits;
         let turn = |pixel: u32| {
-            let (x, y) = (pixel % SIDE, pixel / SIDE);
+            let (x, y) = (pixel % side, pixel / side);
             let mut order = 0;
-            for bit in 0..3 {
+            for bit in 0..bits {
                 let (column, row) = (x >> bit & 1, y >> bit & 1);
-                order |= ((column ^ row) << 1 | row) << (2 * (2 - bit));
+                order |= ((column ^ row) << 1 | row) << (2 * (bits - 1 - bit));
             }
             at(order * count)
         };
-        Self { points: (0..count).map(at).collect(), turns: (0..SIDE * SIDE).map(turn).collect() }
+        Self { points: (0..count).map(at).collect(), turns: (0..side * side).map(turn).collect(), side }
     }
 
     /// Number of points.
@@ -56,12 +61,18 @@ impl LobeSamples {
         self.points.is_empty()
     }
 
+    /// Pixels along a side of the square after which the turns repeat: 8, 4, 2 or 1.
+    #[must_use]
+    pub fn period(&self) -> u32 {
+        self.side
+    }
+
     /// The turns of sixteen pixels, those of another set for each `lobe`.
     #[inline(always)]
     pub(super) fn turns<L: Lanes>(&self, l: L, pixels: &[[u32; 2]; LANES], lobe: u32) -> [L::F; 3] {
-        let mut planes = [[0.0; LANES]; 3];
+        let (mut planes, side) = ([[0.0; LANES]; 3], self.side);
         for (lane, [x, y]) in pixels.iter().enumerate() {
-            let number = (x + 3 * lobe) % SIDE + (y + 5 * lobe) % SIDE * SIDE;
+            let number = (x + 3 * lobe) % side + (y + 5 * lobe) % side * side;
             let turn = self.turns[number as usize];
             for k in 0..3 {
                 planes[k][lane] = turn[k];

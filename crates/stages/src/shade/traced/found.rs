@@ -13,6 +13,12 @@ use overcoat_scene::Material;
 /// of lamps (3) and how many have looked for it (1).
 const SUMS: usize = 12;
 
+/// Which of them rays into a lobe have found.
+const OF_RAYS: [std::ops::Range<usize>; TracedLobe::COUNT] = [0..5, 0..11, 0..11];
+
+/// Which of those of diffuse lobes are of the light of lamps.
+const OF_LAMPS: std::ops::Range<usize> = 5..9;
+
 /// Sums over the rays of each lobe of a fragment. Those of fragments that are alike may be added.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Found {
@@ -58,20 +64,46 @@ impl Found {
         self.lobes[lobe as usize][4] > 0.0
     }
 
-    /// Adds a share of what the rays of the same lobe of another fragment have found.
+    /// Whether lamps were looked for.
     #[inline(always)]
-    pub fn add_share(&mut self, lobe: TracedLobe, other: &Self, share: f32) {
-        for (sum, more) in self.lobes[lobe as usize].iter_mut().zip(&other.lobes[lobe as usize]) {
-            *sum += more * share;
-        }
+    #[must_use]
+    pub fn has_direct(&self) -> bool {
+        self.lobes[TracedLobe::Diffuse as usize][8] > 0.0
     }
 
-    /// Takes what another has of a lobe, but for the light of lamps.
+    /// The sums of what rays into a lobe have found.
     #[inline(always)]
-    pub fn take(&mut self, lobe: TracedLobe, other: &Self) {
-        let own = std::mem::replace(&mut self.lobes[lobe as usize], other.lobes[lobe as usize]);
-        if lobe == TracedLobe::Diffuse {
-            self.lobes[lobe as usize][5..].copy_from_slice(&own[5..]);
+    #[must_use]
+    pub fn of_rays(&self, lobe: TracedLobe) -> &[f32] {
+        &self.lobes[lobe as usize][OF_RAYS[lobe as usize].clone()]
+    }
+
+    /// The same, to be changed.
+    #[inline(always)]
+    #[must_use]
+    pub fn of_rays_mut(&mut self, lobe: TracedLobe) -> &mut [f32] {
+        &mut self.lobes[lobe as usize][OF_RAYS[lobe as usize].clone()]
+    }
+
+    /// The sums of the light of lamps.
+    #[inline(always)]
+    #[must_use]
+    pub fn of_lamps(&self) -> &[f32] {
+        &self.lobes[TracedLobe::Diffuse as usize][OF_LAMPS]
+    }
+
+    /// The same, to be changed.
+    #[inline(always)]
+    #[must_use]
+    pub fn of_lamps_mut(&mut self) -> &mut [f32] {
+        &mut self.lobes[TracedLobe::Diffuse as usize][OF_LAMPS]
+    }
+
+    /// Adds what the rays of the same lobe of another fragment have found.
+    #[inline(always)]
+    pub fn add(&mut self, lobe: TracedLobe, other: &Self) {
+        for (sum, more) in self.lobes[lobe as usize].iter_mut().zip(&other.lobes[lobe as usize]) {
+            *sum += more;
         }
     }
 
