@@ -1,7 +1,8 @@
 //! Physics of `overcoat_shading::coat::babylon`.
 
-use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
-use super::one_lane::{F, L, f, grey, up};
+use super::draws::{Draws, SETS, all_from, lane, reflectance, tilted};
+use super::one_lane::{Asked, F, L, f, grey, up};
+use super::properties::{Grey, Seen};
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat_core::math::scalar::pow;
 use overcoat_core::math::vec3::{V3, Vec3};
@@ -11,7 +12,6 @@ use overcoat_shading::coat::babylon::{
     self, AmbientOcclusion, Anisotropy, Coat, DiffuseModel, Environment, EnvironmentQuery, LIGHT_RADIUS,
     Options, Surface, SurfaceData, Tint,
 };
-use std::f32::consts::FRAC_1_PI;
 
 fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
     SurfaceData {
@@ -85,73 +85,39 @@ fn in_white(surface: &Surface<Scalar>) -> [f32; 3] {
     lane::<Scalar>(around(surface, grey(1.0), &|_| grey(1.0), f(1.0)), 0)
 }
 
+/// A surface of the table of properties.
+struct Shown(Surface<Scalar>);
+
+impl Seen for Shown {
+    fn lit(&self, direction: V3<Scalar>) -> V3<Scalar> {
+        lit(&self.0, direction, 1.0)
+    }
+    fn around(&self, asked: Asked<'_>) -> V3<Scalar> {
+        around(&self.0, grey(1.0), asked, f(1.0))
+    }
+}
+
+fn grey_surface(options: &Options, of: Grey, cosine: f32) -> Box<dyn Seen> {
+    let data = SurfaceData {
+        specular_weight: f(if of.has_highlight { 1.0 } else { 0.0 }),
+        coat: of.coat.map(|[intensity, roughness]| clear(intensity, roughness)),
+        ..plain(of.color, of.metallic, of.roughness)
+    };
+    Box::new(Shown(seen_by(options, &data, cosine)))
+}
+
+/// With the engine's switches.
+pub fn legacy(of: Grey, cosine: f32) -> Box<dyn Seen> {
+    grey_surface(&both()[0], of, cosine)
+}
+
+/// With the newer way to conserve energy.
+pub fn present(of: Grey, cosine: f32) -> Box<dyn Seen> {
+    grey_surface(&both()[1], of, cosine)
+}
+
 fn first(v: V3<Scalar>) -> [f32; 3] {
     lane::<Scalar>(v, 0)
-}
-
-/// A white surface under a white environment.
-#[test]
-fn white_environment() {
-    let [legacy, now] = both();
-    let bare = |options: Options| {
-        most(move |cosine, roughness, metallic| {
-            f64::from(in_white(&seen_by(&options, &plain(1.0, metallic, roughness), cosine))[0])
-        })
-    };
-    let coated = |options: Options| {
-        most(move |cosine, roughness, metallic| {
-            let data = SurfaceData { coat: Some(clear(1.0, roughness)), ..plain(1.0, metallic, 0.5) };
-            f64::from(in_white(&seen_by(&options, &data, cosine))[0])
-        })
-    };
-    measured(&[
-        ("legacy bare", bare(legacy), 1.8669),
-        ("legacy coated", coated(legacy), 1.0536),
-        ("bare", bare(now), 1.0),
-        ("coated", coated(now), 1.001),
-    ]);
-}
-
-/// What a white surface reflects of lights from everywhere. Lights cannot integrate lobes sharper than this.
-#[test]
-fn white_lights() {
-    let rings = 500;
-    let [legacy, now] = both();
-    let bare = |options: Options| {
-        most(move |cosine, roughness, metallic| {
-            let surface = seen_by(&options, &plain(1.0, metallic, roughness.max(0.25)), cosine);
-            reflectance(rings, |direction| lit(&surface, direction, 1.0))
-        })
-    };
-    let coated = |options: Options| {
-        most(move |cosine, roughness, metallic| {
-            let coat = Some(clear(1.0, roughness.max(0.25)));
-            let surface = seen_by(&options, &SurfaceData { coat, ..plain(1.0, metallic, 0.5) }, cosine);
-            reflectance(rings, |direction| lit(&surface, direction, 1.0))
-        })
-    };
-    measured(&[
-        ("legacy bare", bare(legacy), 1.0551),
-        ("legacy coated", coated(legacy), 1.1172),
-        ("bare", bare(now), 1.0012),
-        ("coated", coated(now), 1.0437),
-    ]);
-}
-
-/// Lambert's law, E c / pi, where nothing is reflected; the environment's irradiance over pi likewise.
-#[test]
-fn lambert_planes_are_equally_bright() {
-    let close = |found: [f32; 3], expected: f32| {
-        assert!(found.iter().all(|c| (c - expected).abs() <= 2e-6 * expected), "{found:?} not {expected}");
-    };
-    for diffuse in [DiffuseModel::Eon, DiffuseModel::Lambert] {
-        for options in both() {
-            let data = SurfaceData { specular_weight: f(0.0), ..plain(0.6, 0.0, 0.5) };
-            let surface = seen_by(&Options { diffuse, ..options }, &data, 0.8);
-            close(first(lit(&surface, tilted(0.5), 3.0)), 3.0 * 0.5 * 0.6 * FRAC_1_PI);
-            close(in_white(&surface), 0.6);
-        }
-    }
 }
 
 /// Rough EON preserves energy where it is applied as it is meant: a white surface returns everything.

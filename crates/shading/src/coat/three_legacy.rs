@@ -17,7 +17,7 @@
 //! that leaves the base's microfacets after one bounce: what bounces more often, and the Lambert part, pass
 //! unattenuated. Highlights are not energy-compensated; nothing takes the light of the highlight from the Lambert part
 //! of a light. Sheen *replaces* the highlight of the base, and not its reflection of the environment.
-//! Measured in `tests/models/three.rs` over views, roughness and metalness: under a white environment a white surface
+//! Measured in `tests/models/properties.rs` over views, roughness and metalness: under a white environment a white surface
 //! shows at most 1, with a coat 1.54 (at the silhouette, where the coat's reflection is not taken from the Lambert
 //! part); of the light of lights from everywhere it reflects at most 1.1, with a coat 1.14. The base alone is
 //! reciprocal.

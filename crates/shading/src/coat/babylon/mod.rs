@@ -32,7 +32,7 @@
 //!
 //! Left out: sheen, thin film, subsurface and refraction, which the tables that the model is held against do not have;
 //! filtering in real time; the squared falloff of lights, which is the light's matter.
-//! Measured in `tests/models/babylon.rs` over views, roughness and metalness: under a white environment a white surface
+//! Measured in `tests/models/properties.rs` over views, roughness and metalness: under a white environment a white surface
 //! shows at most 1.87 (smooth plastic at the silhouette, whose diffuse light is not dimmed), under a coat 1.06, without
 //! [`Options::legacy_energy`] 1 and 1.001; of the light of lights from everywhere it reflects at most 1.06 and 1.12, or
 //! 1.002 and 1.05.

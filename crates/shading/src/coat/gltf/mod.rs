@@ -17,7 +17,7 @@
 //! all, mixed in by its Fresnel reflectance for the *view*, which therefore also weighs its highlight: the coat's lobe
 //! has no Fresnel term of its own. Under an environment the base's multiple scattering is compensated (Fdez-Aguera
 //! 2019), under lights it is not. The coat neither absorbs nor refracts nor changes the base.
-//! Measured in `tests/models/gltf.rs` over views, roughness and metalness: under a white environment a white surface
+//! Measured in `tests/models/properties.rs` over views, roughness and metalness: under a white environment a white surface
 //! shows at most 1, with or without coat, and with white sheen 1.47 (the table of the sheen's lobe samples one roughness
 //! and evaluates another); of the light of lights from everywhere it reflects at most 1.03, with a coat 1, with sheen
 //! 1.01. Base and sheen are reciprocal, the coat is not: it looks at the view only.

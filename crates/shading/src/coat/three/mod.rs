@@ -17,7 +17,7 @@
 //! Fresnel reflectance at the angle of view, once, also for direct light and for emission; it neither absorbs nor
 //! refracts nor changes the base. All Fresnel terms use Schlick's approximation with a spherical Gaussian in place of
 //! the power. Left out: retroreflection, diffuse roughness, transmission, dispersion.
-//! Measured in `tests/models/three.rs` over views, roughness and metalness: under a white environment a white surface
+//! Measured in `tests/models/properties.rs` over views, roughness and metalness: under a white environment a white surface
 //! shows at most 1, with a coat 1.007; of the light of lights from everywhere it reflects at most 1.03, with a coat
 //! 1.004. Nothing is reciprocal: compensation and coat look at the view only.
 //!
