@@ -39,7 +39,7 @@ impl Group {
 pub struct Argument {
     /// Name after the two dashes.
     pub long: &'static str,
-    /// Placeholder of its value in help; `None` for a flag, which sets [`Argument::flag`].
+    /// Placeholder of its value in help; `None` for a flag.
     pub value: Option<&'static str>,
     /// What a flag sets.
     pub flag: bool,
