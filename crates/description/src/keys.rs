@@ -421,6 +421,10 @@ pub(super) static CAMERA: &[Key<CameraDescription>] = &[
         .default("by the distance")
         .argument(Argument::new(Group::Camera, "near", "DISTANCE").conflicts(&["camera"]))
         .in_requests(),
+    camera!("far", c.far, Number::positive("metres"), "No surface farther from the camera than this many metres is drawn")
+        .default("no limit")
+        .argument(Argument::new(Group::Camera, "far", "DISTANCE").conflicts(&["camera"]))
+        .in_requests(),
     camera!("fov_y_deg", c.fov_y_degrees, Number::within("degrees", 0.1, 179.0), "Vertical field of view in degrees")
         .default("30")
         .argument(Argument::new(Group::Camera, "fov", "DEGREES").conflicts(&["camera", "ortho"]))
@@ -440,10 +444,6 @@ pub(super) static CAMERA: &[Key<CameraDescription>] = &[
             .without_value("0"),
     )
     .in_requests(),
-    camera!("far", c.far, Number::positive("metres"), "No surface farther from the camera than this many metres is drawn")
-        .default("no limit")
-        .argument(Argument::new(Group::Camera, "far", "DISTANCE").conflicts(&["camera"]))
-        .in_requests(),
 ];
 
 impl Value<'_> {
