@@ -126,7 +126,7 @@ pub mod golden {
         pub use overcoat_golden::check::{FileResult, Verdict, compare_all_frames, compare_pictures};
     }
 
-    /// How far two pictures are from each other.
+    /// Distances between two pictures.
     pub mod metrics {
         #[doc(inline)]
         pub use overcoat_golden::metrics::exact::ExactDifference;
@@ -134,7 +134,7 @@ pub mod golden {
         pub use overcoat_golden::metrics::{Measured, MetricSettings, Metrics, measure};
     }
 
-    /// How far two pictures may be from each other, by file name.
+    /// Limits on the distance between two pictures, by file name.
     pub mod thresholds {
         #[doc(inline)]
         pub use overcoat_golden::thresholds::{ThresholdFile, ThresholdProblem, Thresholds};

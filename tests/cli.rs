@@ -483,7 +483,7 @@ fn a_scene_file_describes_a_whole_picture() {
     let scenes = folder.path().join("scenes");
     fs::create_dir(&scenes).unwrap();
     let json = r##"{"name": "x", "model": "../quad.glb", "env": "none", "size": [24, 16], "background": "#00ff00",
-        "camera": {"eye": [0, 0, 9], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y_deg": 30, "near": 0.1, "far": 9},
+        "camera": {"eye": [0, 0, 9], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y_deg": 30, "near": 0.1, "far": 90},
         "tone_mapping": ["linear", "aces"], "samples": 4, "note": "why", "peers": [], "ground_truth": {}}"##;
     let toml = "model = '../quad.glb'\nenv = 'none'\nsize = [24, 16]\nbackground = '#00ff00'\n\
         tone_mapping = 'none'\nsamples = 4\n[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_y_deg = 30\nnear = 0.1\n";

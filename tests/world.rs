@@ -379,7 +379,7 @@ const SIZE: (u32, u32) = (72, 56);
 
 fn viewport(quality: Quality) -> Viewport {
     let mut viewport = Viewport::new(Renderer::new(2));
-    viewport.resize(SIZE.0, SIZE.1);
+    viewport.set_options(RenderOptions::draft(SIZE.0, SIZE.1));
     viewport.set_quality(quality);
     viewport
 }

@@ -122,7 +122,7 @@ impl Viewport {
         self.options = options;
     }
 
-    /// How light becomes a picture for a screen.
+    /// Tone mapping and exposure of pictures for a screen.
     #[must_use]
     pub fn display(&self) -> &DisplayOptions {
         &self.display

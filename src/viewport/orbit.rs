@@ -55,7 +55,7 @@ impl Orbit {
         Self { exact: Some(*camera), ..orbit.with_height(back[1]) }
     }
 
-    /// Where it is seen from.
+    /// The camera.
     #[must_use]
     pub fn camera(&self) -> Camera {
         if let Some(exact) = self.exact {

@@ -154,12 +154,12 @@ impl<T> Slots<T> {
         self.places[slot].content.as_mut().ok_or(WorldError::Gone { what: H::WHAT })
     }
 
-    /// What is in a place.
+    /// The occupant of a place.
     pub(super) fn at(&self, slot: usize) -> Option<&T> {
         self.places.get(slot)?.content.as_ref()
     }
 
-    /// What is in a place.
+    /// The occupant of a place.
     pub(super) fn at_mut(&mut self, slot: usize) -> Option<&mut T> {
         self.places.get_mut(slot)?.content.as_mut()
     }

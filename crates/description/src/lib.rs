@@ -378,6 +378,7 @@ mod tests {
             up = [0, 1, 0]
             fov_y_deg = 30
             near = 0.01
+            far = 1000
         "##;
         let json = Description::from_json(JSON).unwrap();
         assert_eq!(json, Description::from_toml(toml).unwrap());

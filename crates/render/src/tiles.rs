@@ -22,7 +22,7 @@ pub(super) struct TileMemory {
     tiles: Vec<TileJob>,
     /// What each tile of the last pass took.
     costs: Vec<TileCost>,
-    /// What the rays of some of the tiles have found.
+    /// Findings of the rays of some of the tiles.
     traced: TracedRows,
 }
 

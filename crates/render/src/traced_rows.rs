@@ -16,7 +16,7 @@ use overcoat_tiles::timed_pool::TimedPool;
 /// a picture than this, and a row of tiles on both sides, has it at a time.
 const PIXELS_AT_ONCE: u32 = 1 << 17;
 
-/// What the rays of the tiles of some rows have found.
+/// Findings of the rays of the tiles of some rows.
 #[derive(Debug, Default)]
 pub(super) struct TracedRows {
     /// Each at its number modulo their count.
@@ -37,7 +37,7 @@ impl TracedRows {
         at_once
     }
 
-    /// What is known of the tiles that are shaded, and of those around them.
+    /// The known tiles: those that are shaded, and those around them.
     pub(super) fn known<'a>(&'a self, grid: &'a TileGrid) -> Neighbourhood<'a> {
         Neighbourhood { grid, tiles: &self.tiles }
     }
@@ -81,7 +81,7 @@ impl TracedRows {
     }
 }
 
-/// Whether a tile or one beside it is shaded.
+/// True if a tile or one beside it is shaded.
 fn is_looked_at(pass: &Pass<'_>, number: usize) -> bool {
     let grid = &pass.frame.grid;
     let [column, row] = [number as u32 % grid.columns(), number as u32 / grid.columns()];

@@ -228,7 +228,7 @@ impl ShadingModel {
         all
     };
 
-    /// Whether its formulas are compiled in: with the feature `engines`, which is a default one, all, else those of this project,
+    /// True if its formulas are compiled in: with the feature `engines`, which is a default one, all, else those of this project,
     /// [`ShadingModel::Standard`] among them. A picture by another is an error.
     #[must_use]
     pub const fn is_built(self) -> bool {

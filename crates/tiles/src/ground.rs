@@ -7,7 +7,7 @@
 use super::options::RenderOptions;
 use overcoat_scene::{Footing, Scene};
 
-/// Where the floor of a picture lies.
+/// Place of the floor of a picture.
 pub fn footing_of(scene: &Scene, options: &RenderOptions) -> Option<Footing> {
     options.ground_under.map_or_else(|| scene.footing(), |all| Footing::under(&all))
 }
@@ -35,7 +35,7 @@ pub enum Ground {
 }
 
 impl Ground {
-    /// Whether anything is seen of it.
+    /// True if anything is seen of it.
     #[must_use]
     pub const fn is_seen(self) -> bool {
         !matches!(self, Self::None)

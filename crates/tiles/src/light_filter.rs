@@ -1,4 +1,4 @@
-//! What the rays of neighbouring pixels have found, taken together: a cross-bilateral filter (Eisemann and Durand 2004; over
+//! A filter over the findings of the rays of neighbouring pixels: cross-bilateral (Eisemann and Durand 2004; over
 //! interleaved samples, Segovia et al. 2006) over sums, so that what comes of it is a ratio of sums.
 //!
 //! Weights are a tent of the distance in pixels, times how alike surfaces are in material, plane, normal and roughness. Rays are
@@ -34,7 +34,7 @@ const SUMS: [usize; TracedLobe::COUNT] = [12, 21, 32];
 const LAMPS: usize = 17;
 const NUMBERS: usize = 43;
 
-/// Where no surface is.
+/// Material of pixels without a surface.
 const NO_MATERIAL: f32 = -1.0;
 
 /// A tent about the middle lane.
@@ -59,12 +59,12 @@ impl Tent {
 pub struct Neighbourhood<'a> {
     /// All tiles of the picture.
     pub grid: &'a TileGrid,
-    /// Those of the rows of tiles that are known, each at its number modulo their count.
+    /// Tiles of the known rows, each at its number modulo their count.
     pub tiles: &'a [TracedTile],
 }
 
 impl<'a> Neighbourhood<'a> {
-    /// What is known of a tile.
+    /// The known findings of a tile.
     #[inline(always)]
     pub fn tile(&self, number: usize) -> Option<&'a TracedTile> {
         self.tiles.get(number % self.tiles.len().max(1))
@@ -149,7 +149,7 @@ impl LightWindow {
     }
 }
 
-/// What counts for surfaces of a tile.
+/// The filter for surfaces of a tile.
 #[derive(Clone, Copy)]
 pub struct LightFilter<'a> {
     window: &'a LightWindow,
@@ -157,7 +157,7 @@ pub struct LightFilter<'a> {
     lamps: Tent,
 }
 
-/// How alike a receiver and sixteen neighbours of a row are, lobe by lobe.
+/// Likeness of a receiver and sixteen neighbours of a row, lobe by lobe.
 type Likeness<L> = [<L as Lanes>::F; TracedLobe::COUNT];
 
 impl<'a> LightFilter<'a> {
@@ -239,7 +239,7 @@ fn added(lanes: [f32; LANES]) -> f32 {
     (four[0] + four[2]) + (four[1] + four[3])
 }
 
-/// What a receiver asks of those around it.
+/// The receiver's own numbers, to which those around it are compared.
 struct Surroundings<L: Lanes> {
     material: L::F,
     position: [L::F; 3],
@@ -267,7 +267,7 @@ impl<L: Lanes> Surroundings<L> {
         }
     }
 
-    /// How alike sixteen pixels are; `is_own` says that its own is the middle one of them.
+    /// Likeness of sixteen pixels; `is_own` says that its own is the middle one of them.
     #[inline(always)]
     fn of(&self, l: L, window: &LightWindow, at: usize, is_own: bool) -> Likeness<L> {
         let (zero, one) = (l.zero(), l.splat(1.0));

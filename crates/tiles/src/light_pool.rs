@@ -47,7 +47,7 @@ pub struct Receiver {
     pub(super) material: u32,
     pub(super) position: [f32; 3],
     pub(super) face: [f32; 3],
-    /// Of base and coat.
+    /// Alpha of base and coat.
     pub(super) normals: [[f32; 3]; 2],
     /// Squares of the perceptual roughness, likewise.
     pub(super) alpha: [f32; 2],
@@ -88,7 +88,7 @@ impl Receiver {
         })
     }
 
-    /// Whether another of the same pixel has what it has.
+    /// True if another of the same pixel has the same.
     #[inline(always)]
     fn is_alike(&self, other: &Self, [own, others]: [Shares; 2]) -> bool {
         if self.material != other.material || own != others {

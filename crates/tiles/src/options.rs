@@ -1,4 +1,4 @@
-//! What a user can ask of a picture.
+//! Options of a picture.
 
 use super::ground::Ground;
 use super::quality::{Quality, Visibility};
@@ -9,7 +9,7 @@ use overcoat_core::math::lanes::SimdLevel;
 use overcoat_scene::{AreaLightMethod, Bounds, SceneError, ShadingModel};
 use overcoat_stages::raster::SamplePattern;
 
-/// What is seen where no surface is.
+/// The background: pixels without a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Background {
@@ -38,7 +38,7 @@ pub struct RenderOptions {
     /// wide, with alpha masks, shining normal maps and textures that are not averaged when they shrink. The other surfaces
     /// are shaded once.
     pub shading_rate: u32,
-    /// Whether all surfaces have [`RenderOptions::shading_rate`].
+    /// True if all surfaces have [`RenderOptions::shading_rate`].
     pub shade_everywhere: bool,
     /// Side of a tile in pixels: 16, 32 or 64; `None` chooses by the number of samples. Never changes the picture.
     pub tile_size: Option<u32>,

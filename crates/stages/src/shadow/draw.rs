@@ -42,7 +42,7 @@ pub(super) struct Triangles<'a> {
     blockers: &'a Blockers,
     /// Of [`Blockers::triangles`].
     solid: Vec<Sixteen>,
-    /// Of [`Blockers::one_sided`].
+    /// One-sided, see [`Blockers::one_sided`].
     one_sided: Vec<Sixteen>,
     /// Of [`Blockers::masked`].
     masked: Vec<Sixteen>,
@@ -204,7 +204,7 @@ impl<L: Lanes> Projected<L> {
     }
 }
 
-/// Whether triangles on a map, whose fronts turn the way that `front` says, show the light their back.
+/// True of triangles on a map, whose fronts turn the way that `front` says, that show the light their back.
 #[inline(always)]
 fn shows_back<F: Float>(x: &[F; 3], y: &[F; 3], front: F) -> F::M {
     let (first, second) = ([x[1] - x[0], y[1] - y[0]], [x[2] - x[0], y[2] - y[0]]);

@@ -120,7 +120,7 @@ fn decoder(
     Ok(Box::new(reader.into_decoder().map_err(damaged)?))
 }
 
-/// Whether a format is compiled in. (Another package may have compiled its decoder in for itself.)
+/// True if a format is compiled in. (Another package may have compiled its decoder in for itself.)
 fn is_built(format: ImageFormat) -> bool {
     match format {
         ImageFormat::Png | ImageFormat::Jpeg => true,

@@ -242,7 +242,7 @@ impl TracedLight<'_> {
         self.hierarchy.nearest(l, ray, traversal, |hit| self.is_seen(l, context, (hit, ray.direction), batch))
     }
 
-    /// Whether one who looks along a direction sees a triangle where it is hit: its front unless it is double-sided, and where
+    /// True if one who looks along a direction sees a triangle where it is hit: its front unless it is double-sided, and where
     /// its alpha reaches the cutoff.
     #[inline(always)]
     fn is_seen<L: Lanes>(
@@ -264,7 +264,7 @@ impl TracedLight<'_> {
         hit_opacity(l, context, material, batch, weights).to_array()[0] >= cutoff
     }
 
-    /// Whether a triangle shows its back to one who looks along a direction.
+    /// True if a triangle shows its back to one who looks along a direction.
     #[inline(always)]
     fn shows_back(&self, triangle: u32, along: [f32; 3], handedness: f32) -> bool {
         let (normal, _) = cross(&self.corners[triangle as usize]);
