@@ -43,8 +43,8 @@ struct Row {
     lights: [f64; 2],
     /// Both of a surface with white sheen, in models that have it.
     sheen: Option<[f64; 2]>,
-    /// Relative error of Lambert's law under a light, and under the environment.
-    lambert: [f32; 2],
+    /// Relative error of Lambert's law under a light, and under the environment where a surface without a highlight is Lambert's there.
+    lambert: (f32, Option<f32>),
 }
 
 const ROWS: &[Row] = &[
@@ -55,7 +55,7 @@ const ROWS: &[Row] = &[
         environment: Some([1.8669, 1.0536]),
         lights: [1.0551, 1.1172],
         sheen: None,
-        lambert: [2e-6; 2],
+        lambert: (2e-6, Some(2e-6)),
     },
     Row {
         name: "Babylon.js",
@@ -64,7 +64,7 @@ const ROWS: &[Row] = &[
         environment: Some([1.0, 1.001]),
         lights: [1.0012, 1.0437],
         sheen: None,
-        lambert: [2e-6; 2],
+        lambert: (2e-6, Some(2e-6)),
     },
     Row {
         name: "glTF",
@@ -73,7 +73,7 @@ const ROWS: &[Row] = &[
         environment: Some([1.0, 1.0]),
         lights: [1.0294, 0.9963],
         sheen: Some([1.4661, 1.0104]),
-        lambert: [1e-6; 2],
+        lambert: (1e-6, Some(1e-6)),
     },
     Row {
         name: "three.js",
@@ -82,7 +82,7 @@ const ROWS: &[Row] = &[
         environment: Some([1.0, 1.0065]),
         lights: [1.0292, 1.004],
         sheen: None,
-        lambert: [1e-6; 2],
+        lambert: (1e-6, Some(1e-6)),
     },
     Row {
         name: "three.js, legacy",
@@ -91,7 +91,7 @@ const ROWS: &[Row] = &[
         environment: Some([1.0, 1.5448]),
         lights: [1.0959, 1.1411],
         sheen: None,
-        lambert: [1e-6; 2],
+        lambert: (1e-6, None),
     },
     Row {
         name: "standard",
@@ -100,7 +100,7 @@ const ROWS: &[Row] = &[
         environment: None,
         lights: [1.0, 1.0],
         sheen: Some([1.0, 1.0]),
-        lambert: [1e-5, 1.6e-6],
+        lambert: (1e-5, Some(1.6e-6)),
     },
     Row {
         name: "StackLit-D",
@@ -109,7 +109,7 @@ const ROWS: &[Row] = &[
         environment: None,
         lights: [1.0, 1.035],
         sheen: None,
-        lambert: [1e-5, 1.6e-6],
+        lambert: (1e-5, Some(1.6e-6)),
     },
 ];
 
@@ -222,9 +222,11 @@ fn lambert_planes_are_equally_bright() {
             assert!((found - expected).abs() <= error * expected, "{}: {found}, not {expected}", row.name);
         };
         for found in surface.lit(tilted(0.5)).lane(0) {
-            close(found, 0.5 * 0.6 * FRAC_1_PI, row.lambert[0]);
+            close(found, 0.5 * 0.6 * FRAC_1_PI, row.lambert.0);
         }
-        close(in_white(&*surface), 0.6, row.lambert[1]);
+        if let Some(error) = row.lambert.1 {
+            close(in_white(&*surface), 0.6, error);
+        }
     }
 }
 

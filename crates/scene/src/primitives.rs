@@ -14,7 +14,7 @@
 //! let mesh = scene.add_mesh(primitives::sphere(0.5, 64)?)?;
 //! let material = scene.add_material(Material::default())?;
 //! let transform = Transform::translation([0.0, 0.5, 0.0])?;
-//! scene.add_instance(Instance { mesh, material, transform, object: 0 })?;
+//! scene.add_instance(Instance::new(mesh, material, transform))?;
 //! # Ok(())
 //! # }
 //! ```
