@@ -440,7 +440,7 @@ fn grid_shows(pixels: &[[f32; 4]], side: usize, grid: usize) -> f32 {
     worst
 }
 
-/// What the few rays of neighbours have found is taken together without a trace of how.
+/// The filter over rays of neighbouring pixels leaves no pattern in the picture.
 #[test]
 fn no_squares_show_on_rough_metal() {
     let side = 256;

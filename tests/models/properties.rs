@@ -15,7 +15,7 @@ pub struct Grey {
     pub color: f32,
     pub metallic: f32,
     pub roughness: f32,
-    /// Whether a dielectric reflects anything but diffusely.
+    /// True if a dielectric has a specular lobe.
     pub has_highlight: bool,
     /// Weight and roughness.
     pub coat: Option<[f32; 2]>,

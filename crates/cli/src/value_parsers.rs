@@ -7,19 +7,13 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use overcoat_core::frame::Aov;
 use overcoat_core::math::lanes::SimdLevel;
 use overcoat_description::{MaterialChoice, MaterialSource, one_of};
-pub use overcoat_description::{background, position, size};
+pub use overcoat_description::{background, position, seconds, size};
 use overcoat_image::output::OutputFormat;
 use overcoat_scene::ShadingModel;
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::PathBuf;
 use std::str::FromStr;
-
-/// Seconds: a finite number that is not negative.
-pub fn seconds(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
-    number.ok_or_else(|| "expected seconds, at least 0".to_owned())
-}
 
 /// A shading model by name.
 pub fn shading(text: &str) -> Result<ShadingModel, String> {

@@ -1,4 +1,4 @@
-//! How an option is given on the command line.
+//! Arguments of the command line that set options.
 
 /// Heading under which help lists an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ pub struct Argument {
     pub long: &'static str,
     /// Placeholder of its value in help; `None` for a flag.
     pub value: Option<&'static str>,
-    /// What a flag sets.
+    /// Value that a flag sets.
     pub flag: bool,
     /// Heading in help.
     pub group: Group,
@@ -55,7 +55,7 @@ pub struct Argument {
     pub requires: Option<&'static str>,
     /// Value of the argument without one: `--ortho`. Its value then follows an equals sign.
     pub without_value: Option<&'static str>,
-    /// Whether its value may begin with a hyphen and be no number: `-1,0,0`, `-z`.
+    /// True if its value may begin with a hyphen without being a number: `-1,0,0`, `-z`.
     pub hyphen: bool,
 }
 

@@ -46,9 +46,9 @@ pub(super) struct Key<T: 'static> {
     pub(super) names: fn() -> Vec<&'static str>,
     /// Bounds of its values, in words.
     pub(super) range: fn() -> Option<String>,
-    /// Whether a request to a service may set it: not if it names files.
+    /// True if a request to a service may set it: never an option that names files.
     pub(super) in_requests: bool,
-    /// How the command line takes it, if it does.
+    /// Its argument of the command line, if there is one.
     pub(super) argument: Option<Argument>,
 }
 

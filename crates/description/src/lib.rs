@@ -72,7 +72,7 @@ pub use environment::EnvironmentChoice;
 pub use error::DescriptionError;
 pub use input::is_standard_stream;
 pub use input::{is_standard_input, read_standard_input};
-pub use kind::{background, exposure, finite, ground_name, one_of, position, size, view};
+pub use kind::{background, ground_name, one_of, position, seconds, size};
 pub use light::LightDescription;
 pub use materials::builtin;
 pub use materials::{MaterialChoice, MaterialSource, Materials};
@@ -135,7 +135,7 @@ pub struct Description {
     pub exposure: Option<ExposureChoice>,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
     pub samples: Option<u32>,
-    /// What a picture is worth: names for the settings of the next four. [`Quality::default`] if absent.
+    /// Quality tier: names a setting of the next four. [`Quality::default`] if absent.
     pub quality: Option<Quality>,
     /// Directions of the environment's light, each with a depth map, 0 to 256.
     pub maps: Option<u32>,

@@ -41,7 +41,7 @@ impl DescriptionOption {
         of!(self, key => key.name)
     }
 
-    /// Whether its key stands in the table `camera`.
+    /// True if its key stands in the table `camera`.
     #[must_use]
     pub fn is_of_camera(self) -> bool {
         matches!(self.0, Table::Camera(_))
@@ -54,7 +54,7 @@ impl DescriptionOption {
         of!(self, key => key.in_requests).then_some(name)
     }
 
-    /// How the command line takes it, if it does.
+    /// Its argument of the command line, if there is one.
     #[must_use]
     pub fn argument(self) -> Option<Argument> {
         of!(self, key => key.argument)
@@ -78,7 +78,7 @@ impl DescriptionOption {
     /// Sets it to an argument of the command line.
     ///
     /// # Errors
-    /// What was expected.
+    /// A message that names the expected form.
     pub fn set(self, description: &mut Description, argument: &OsStr) -> Result<(), String> {
         match self.0 {
             Table::Scene(key) => (key.set_argument)(description, argument),
@@ -89,7 +89,7 @@ impl DescriptionOption {
     /// The text of a query as a value of a scene file. Its range is checked where the scene file is read.
     ///
     /// # Errors
-    /// What was expected: `a number`.
+    /// The expected form as a noun: `a number`.
     pub fn query(self, text: &str) -> Result<Json, String> {
         of!(self, key => (key.query)(text))
     }
@@ -120,7 +120,7 @@ mod tests {
         }
     }
 
-    /// What a shell offers is taken.
+    /// Every value that a shell completes is read.
     #[test]
     fn values_with_names_are_read() {
         for option in DescriptionOption::all().filter(|option| option.argument().is_some()) {

@@ -64,7 +64,7 @@ impl Machine {
 impl Description {
     /// The renderer's options and the way to 8 bits. Sizes beyond the limits end here, before any work.
     ///
-    /// Where the description says nothing of them, the tier is [`Quality::default`](overcoat_render::Quality), and the model casts its
+    /// By default the tier is [`Quality::default`](overcoat_render::Quality), and the model casts its
     /// shadow on a floor ([`Ground::Shadow`]) if the light of the environment can be blocked at all: not without maps, as in
     /// [`Quality::Draft`](overcoat_render::Quality::Draft).
     ///

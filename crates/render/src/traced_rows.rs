@@ -60,7 +60,7 @@ impl TracedRows {
             traced: std::mem::take(&mut tiles[number % places]),
             ..TileJob::default()
         }));
-        // What is drawn is counted when it is shaded. Beyond it nothing is.
+        // Drawn tiles are counted when they are shaded, tiles beyond them not at all.
         let works = [false, true].map(|is_free| pass.work.anew(is_free));
         pool.for_each_with_scratch(scratch, jobs, |scratch, number, job| {
             let number = start + number;

@@ -90,7 +90,7 @@ impl LightWindow {
         let [width, height] = size.map(|v| v as usize + 2 * MARGIN);
         self.stride = width;
         self.plane = width * height;
-        // What is not written below is not read, but for materials: numbers of other windows are numbers too.
+        // Numbers of other windows may stay: only those of pixels with a material are read.
         self.planes.resize(NUMBERS * self.plane, 0.0);
         self.planes[..self.plane].fill(NO_MATERIAL);
         let picture = [of.grid.width(), of.grid.height()];

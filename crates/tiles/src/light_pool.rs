@@ -1,4 +1,4 @@
-//! What the rays of the surfaces of a tile have found, kept until its neighbours are shaded too.
+//! Findings of the rays of the surfaces of a tile, kept until its neighbours are shaded too.
 //!
 //! Rays are turned from pixel to pixel, so that those of many pixels are as good as one set of so many times as many
 //! (interleaved sampling: Keller and Heidrich 2001). Surfaces of one pixel that are alike (of one material, on one plane, with
@@ -71,7 +71,7 @@ impl Receiver {
         }
     }
 
-    /// How much its lobes take of others at the most: nothing if they have sent no rays, or if they are narrow.
+    /// Largest share that its lobes take of others: nothing if they have sent no rays, or if they are narrow.
     #[inline(always)]
     pub(super) fn most_taken(&self, own: &Found) -> Shares {
         let wide = |alpha: f32| at_least_0(at_most_1((alpha - NARROW[0]) * (1.0 / NARROW[1])));
@@ -189,7 +189,7 @@ impl TracedTile {
         Some((self.receivers.get(place as usize)?, self.sums.get(place as usize)?))
     }
 
-    /// What counts for a receiver, of what its group and its neighbours have found.
+    /// Weighted findings of a receiver's group and its neighbours.
     #[inline(always)]
     pub(super) fn pooled(&self, place: u32, sums: &[Found]) -> Found {
         let mut own = self.found[place as usize];

@@ -119,7 +119,7 @@ pub struct Pass<'a> {
     pub effects: Effects<'a>,
     /// Counters of the work, and its limits.
     pub work: &'a Work<'a>,
-    /// What rays have found in the tiles around those that are drawn, where there are rays.
+    /// Findings of the rays in the tiles around those that are drawn, if rays are sent.
     pub traced_tiles: Option<Neighbourhood<'a>>,
 }
 
@@ -130,7 +130,7 @@ impl<'a> Pass<'a> {
         matches!(self.purpose, Purpose::Count | Purpose::Feedback | Purpose::Trace)
     }
 
-    /// Whether opaque fragments send their rays, and that is all.
+    /// True if opaque fragments send their rays, and that is all.
     #[inline(always)]
     pub fn traces(&self) -> bool {
         matches!(self.purpose, Purpose::Trace)

@@ -31,7 +31,7 @@ pub struct TileLight {
     whole_of: Vec<u32>,
     /// The planes of each whole fragment, once they are filled.
     rows: Vec<Kept>,
-    /// What the first of each group and its neighbours have found.
+    /// Findings of the first of each group and its neighbours.
     pooled: Vec<Found>,
     /// Those that are found, in the order in which they are, and the materials of them: each with the end of its stretch.
     order: Vec<u32>,

@@ -118,7 +118,7 @@ pub struct TileJob {
     pub cost: TileCost,
     /// Hashes of the fragments, if they were asked for.
     pub hashes: Option<FragmentHashes>,
-    /// What rays have found, where that is what the run is for.
+    /// Findings of rays, in a run that only sends them.
     pub traced: TracedTile,
 }
 

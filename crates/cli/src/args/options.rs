@@ -13,7 +13,7 @@ pub trait Groups: Clone + Send + Sync + 'static {
     const GROUPS: &'static [Group];
 }
 
-/// How a model is drawn.
+/// Options of drawing: camera, light, picture and display.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Drawing;
 
@@ -37,7 +37,7 @@ impl Groups for Posing {
     const GROUPS: &'static [Group] = &[Group::Animation];
 }
 
-/// The way in which a model file is read.
+/// Options of reading a model file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reading;
 
@@ -59,7 +59,7 @@ fn rows<G: Groups>() -> impl Iterator<Item = (DescriptionOption, Argument)> {
 }
 
 impl<G> Options<G> {
-    /// Whether the argument of this long name was given.
+    /// True if the argument of this long name was given.
     #[must_use]
     pub fn has(&self, long: &str) -> bool {
         self.given.iter().any(|(option, _)| option.argument().is_some_and(|argument| argument.long == long))
@@ -112,7 +112,7 @@ fn arg(option: DescriptionOption, argument: Argument) -> Arg {
         .long(argument.long)
         .help_heading(argument.group.name())
         .conflicts_with_all(argument.conflicts);
-    // What a scene file calls it is understood as well.
+    // The key of scene files is an alias.
     let key = option.key().replace('_', "-");
     let is_free = |key: &str| DescriptionOption::all().all(|o| o.argument().is_none_or(|a| a.long != key));
     if key != argument.long && !option.is_of_camera() && is_free(&key) || option.key() == "fov_y_deg" {

@@ -18,7 +18,7 @@ pub fn one_of<'a>(text: &str, names: impl Iterator<Item = &'a str> + Clone) -> S
 
 /// A type of which every value has a name.
 pub(crate) trait Named: Sized + Copy + 'static {
-    /// What a value is, in words: `the name of a shading model`.
+    /// Noun for a value in messages: `the name of a shading model`.
     const EXPECTED: &'static str;
     /// Further names, which are read alike.
     const ALIASES: &'static [(&'static str, &'static str)] = &[];
@@ -178,8 +178,8 @@ pub(crate) const VIEWS: [(&str, ViewDirection); 7] = [
 /// A view by name, or a direction `x,y,z` from the model towards the camera.
 ///
 /// # Errors
-/// What was expected.
-pub fn view(text: &str) -> Result<ViewDirection, String> {
+/// A message that names the expected form.
+pub(crate) fn view(text: &str) -> Result<ViewDirection, String> {
     if let Some((_, view)) = VIEWS.iter().find(|(name, _)| *name == text) {
         return Ok(*view);
     }
@@ -198,7 +198,7 @@ pub fn view(text: &str) -> Result<ViewDirection, String> {
     }
 }
 
-/// Where an automatic camera stands.
+/// View direction of an automatic camera.
 pub(crate) struct Views;
 
 impl Kind for Views {

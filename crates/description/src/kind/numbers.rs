@@ -39,8 +39,8 @@ pub(super) fn write_float(number: f32) -> Result<Json, String> {
 /// A number that is finite.
 ///
 /// # Errors
-/// What was expected.
-pub fn finite(text: &str) -> Result<f32, String> {
+/// A message that names the expected form.
+fn finite(text: &str) -> Result<f32, String> {
     text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "expected a number".to_owned())
 }
 
@@ -121,14 +121,22 @@ impl Kind for Number {
 }
 
 /// Seconds: a finite number that is not negative.
+///
+/// # Errors
+/// A message that names the expected form.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
+    number.ok_or_else(|| "expected seconds, at least 0".to_owned())
+}
+
+/// Seconds in an animation.
 pub(crate) struct Seconds;
 
 impl Kind for Seconds {
     type Value = f64;
 
     fn parse(&self, text: &str) -> Result<f64, String> {
-        let number = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
-        number.ok_or_else(|| "expected seconds, at least 0".to_owned())
+        seconds(text)
     }
 
     fn read(&self, value: &Value<'_>) -> Result<f64, String> {
@@ -268,8 +276,8 @@ impl Kind for Switch {
 /// Stops, or `auto`.
 ///
 /// # Errors
-/// What was expected.
-pub fn exposure(text: &str) -> Result<ExposureChoice, String> {
+/// A message that names the expected form.
+pub(crate) fn exposure(text: &str) -> Result<ExposureChoice, String> {
     match text {
         "auto" => Ok(ExposureChoice::Auto),
         stops => finite(stops)
@@ -325,7 +333,7 @@ impl Kind for Exposure {
 /// `WxH` or `N` for a square. Zero and sizes beyond the limits are refused later, with the file's name.
 ///
 /// # Errors
-/// What was expected.
+/// A message that names the expected form.
 pub fn size(text: &str) -> Result<[u64; 2], String> {
     let number = |t: &str| t.parse::<u64>().map_err(|_| "expected WxH or N, in pixels".to_owned());
     match text.split_once(['x', 'X']) {

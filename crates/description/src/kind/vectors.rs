@@ -24,7 +24,7 @@ pub(super) fn vector(text: &str) -> Result<[f32; 3], String> {
 /// A place, `x,y,z`: of double precision, for models far from zero.
 ///
 /// # Errors
-/// What was expected.
+/// A message that names the expected form.
 pub fn position(text: &str) -> Result<[f64; 3], String> {
     three(text, |v: &f64| v.abs() <= f64::from(f32::MAX))
 }

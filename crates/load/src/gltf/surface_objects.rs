@@ -26,7 +26,7 @@ macro_rules! surface_object {
     };
 }
 
-/// What a member of an object becomes.
+/// Conversion of a member of an object.
 macro_rules! property {
     ($path:literal $object:ident $member:ident number ($parameter:ident)) => {
         property!($path $object $member number ($parameter, p::$parameter.range()))

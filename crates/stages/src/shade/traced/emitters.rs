@@ -199,7 +199,7 @@ impl TracedLight<'_> {
             }
             let ray = Ray { origin: at.start, direction, near: 0.0, far: distance - 2.0 * self.epsilon };
             let TraceScratch { traversal, batch, .. } = scratch;
-            // What blocks is what the light sees.
+            // An occluder is a surface whose front the light sees.
             let along = direction.map(|v| -v);
             let blocked = self
                 .hierarchy

@@ -64,7 +64,7 @@ impl Found {
         self.lobes[lobe as usize][4] > 0.0
     }
 
-    /// Whether lamps were looked for.
+    /// True if lamps were looked for.
     #[inline(always)]
     #[must_use]
     pub fn has_direct(&self) -> bool {
