@@ -197,9 +197,9 @@ pub mod output {
 pub mod render {
     #[doc(inline)]
     pub use overcoat_render::{
-        Background, Cancellation, EnvironmentStore, Ground, Hit, Quality, RenderError, RenderOptions,
-        RenderStats, Rendered, RenderedImage, RenderedInto, Renderer, RendererBuilder, StageHashes, Unseen,
-        Visibility, WorkDone,
+        Background, Cancellation, EnvironmentStore, Ground, Hit, Quality, ReducedLight, RenderError,
+        RenderOptions, RenderStats, Rendered, RenderedImage, RenderedInto, Renderer, RendererBuilder,
+        StageHashes, Unseen, Visibility, WorkDone,
     };
 }
 

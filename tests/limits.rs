@@ -1,11 +1,11 @@
-//! Work is bounded by counting, not by a clock: a frame that costs more than allowed ends in an error, the same for
-//! every number of threads.
+//! Work is bounded by counting, not by a clock: a frame that costs more than allowed has less light or ends in an error, the same
+//! for every number of threads.
 
 use overcoat::limits::Limits;
-use overcoat::render::{RenderError, RenderOptions, Renderer};
+use overcoat::render::{Ground, Quality, RenderError, RenderOptions, Rendered, Renderer, Visibility};
 use overcoat::scene::{
-    AlphaMode, Camera, Instance, Light, LightKind, Material, Mesh, MeshData, Projection, Scene, ShadingModel,
-    Transform,
+    AlphaMode, Camera, Framing, Instance, Light, LightKind, Material, Mesh, MeshData, Projection, Scene,
+    ShadingModel, Transform,
 };
 
 /// `count` triangles behind each other, each larger than the picture.
@@ -260,6 +260,84 @@ fn memory_of_a_frame_does_not_depend_on_the_tiles_that_are_chosen() {
         let message = format!("memory of one frame: more than the limit of {too_little} (frame_bytes)");
         assert_eq!(draw(too_little, Some(tile_size)), Err(message), "{tile_size}");
     }
+}
+
+/// Flat triangles one behind the other: each covers all depth maps that look from above.
+fn pile(count: u32) -> (Scene, Camera) {
+    let mut scene = Scene::new();
+    let corners = |k: u32| {
+        let height = k as f32 * 1e-3;
+        [[-1.0, height, -1.0], [1.0, height, -1.0], [0.0, height, 1.0]]
+    };
+    let positions = (0..count).flat_map(corners).collect();
+    let triangles = (0..count).map(|k| [3 * k, 3 * k + 2, 3 * k + 1]).collect();
+    let mesh =
+        scene.add_mesh(Mesh::new(MeshData { positions, triangles, ..MeshData::default() }).unwrap()).unwrap();
+    let material = scene.add_material(Material::default()).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(1)).unwrap();
+    let camera = Framing::default().camera(&scene);
+    (scene, camera)
+}
+
+/// What draft draws, every tier draws: with less light where that passes a limit, the same whatever was drawn before, the
+/// threads and the tiles, and as if the less had been asked for.
+#[test]
+fn no_tier_refuses_what_draft_draws() {
+    let (scene, camera) = pile(600);
+    let limits = |blocks| Limits::default().with_blocks(blocks);
+    let mut seen = Vec::new();
+    for &quality in Quality::ALL {
+        for (blocks, frame_bytes) in
+            [(1 << 27, 1 << 29), (400_000, 1 << 29), (30_000, 1 << 29), (1 << 27, 1 << 21)]
+        {
+            let options = RenderOptions::new(48, 48)
+                .with_quality(quality)
+                .with_limits(limits(blocks).with_frame_bytes(frame_bytes));
+            let mut renderer = Renderer::new(2);
+            let Rendered { frame, stats, .. } = renderer.render(&scene, &camera, &options).unwrap();
+            let again = renderer.render(&scene, &camera, &options).unwrap();
+            assert!(again.frame == frame && again.stats.reduced_light == stats.reduced_light);
+            let other = options.clone().with_tile_size(Some(16));
+            let other = Renderer::new(3).render(&scene, &camera, &other).unwrap();
+            assert!(other.frame == frame && other.stats.reduced_light == stats.reduced_light);
+            let visibility = stats.reduced_light.as_ref().map(|light| light.visibility);
+            seen.push((quality, visibility));
+            if let Some(visibility) = visibility {
+                let ground = if visibility.is_on() { options.ground } else { Ground::None };
+                let less = options.clone().with_visibility(visibility).with_ground(ground);
+                let Rendered { frame: expected, stats, .. } =
+                    Renderer::new(1).render(&scene, &camera, &less).unwrap();
+                assert!(frame == expected && stats.reduced_light.is_none(), "{quality:?} {visibility:?}");
+            }
+        }
+    }
+    // Each way of doing less is met.
+    let few = |visibility: Visibility| visibility.is_on() && visibility.maps <= 16;
+    assert!(seen.iter().any(|(_, less)| less.is_some_and(few)), "{seen:?}");
+    assert!(seen.iter().any(|(_, less)| *less == Some(Visibility::NONE)), "{seen:?}");
+    assert!(seen.iter().any(|(quality, less)| *quality != Quality::Draft && less.is_none()), "{seen:?}");
+}
+
+/// A fan whose blades are thinner than a texel costs a line of texels each, not the box around it.
+#[test]
+fn a_fan_of_fifty_thousand_has_its_shadow() {
+    let count = 50_000_u32;
+    let mut positions = vec![[0.0, 0.3, 0.0]];
+    positions.extend((0..count).map(|k| {
+        let (sine, cosine) = overcoat_core::math::double::sin_cos(
+            f64::from(k) / f64::from(count) * 2.0 * std::f64::consts::PI,
+        );
+        [cosine as f32, 0.0, sine as f32]
+    }));
+    let triangles = (0..count).map(|k| [0, 1 + (k + 1) % count, 1 + k]).collect();
+    let mut scene = Scene::new();
+    let mesh =
+        scene.add_mesh(Mesh::new(MeshData { positions, triangles, ..MeshData::default() }).unwrap()).unwrap();
+    let material = scene.add_material(Material::default()).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(1)).unwrap();
+    let camera = Framing::automatic(&scene).camera(&scene);
+    let stats = Renderer::new(2).render(&scene, &camera, &RenderOptions::new(64, 64)).unwrap().stats;
+    assert_eq!(stats.reduced_light, None);
 }
 
 /// Every limit by its option, on files that need exactly so much: the least that is enough is known, one less is exit

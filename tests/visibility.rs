@@ -2,7 +2,7 @@
 
 use overcoat::color::ToneCurve;
 use overcoat::frame::{DisplayOptions, PixelFormat, Target};
-use overcoat::render::{Quality, RenderOptions, Renderer, Visibility};
+use overcoat::render::{Quality, RenderError, RenderOptions, RenderStats, Rendered, Renderer, Visibility};
 use overcoat::scene::{
     Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh, Scene,
     ShadingModel, Transform, Workflow, primitives,
@@ -569,15 +569,34 @@ fn numbers_out_of_range_are_refused() {
     }
 }
 
-/// What rays may cost is limited like everything else, and the answer does not depend on the tiles.
+/// What rays may cost is limited like everything else: then there are none, whatever the tiles.
 #[test]
 fn rays_count_as_work() {
     let (scene, camera) = (crowd(), looking([1.0, 1.5, 3.0], [0.0; 3]));
-    for side in [16, 64] {
+    let draw = |shading, side| {
         let options = options(Visibility::new(64, 128, 16)).with_tile_size(Some(side));
-        let limits = options.limits.clone().with_shading(4);
-        let error = Renderer::new(2).render(&scene, &camera, &options.with_limits(limits)).unwrap_err();
-        assert!(error.to_string().contains("shading"), "{error}");
+        let limits = options.limits.clone().with_shading(shading);
+        Renderer::new(2).render(&scene, &camera, &options.with_limits(limits))
+    };
+    // The least that draws all of it.
+    let (mut fewer, mut enough) = (0, 1 << 13);
+    while enough - fewer > 1 {
+        let middle = u64::midpoint(fewer, enough);
+        match draw(middle, 16) {
+            Ok(Rendered { stats: RenderStats { reduced_light: None, .. }, .. }) => enough = middle,
+            _ => fewer = middle,
+        }
+    }
+    for side in [16, 64] {
+        assert!(draw(enough, side).unwrap().stats.reduced_light.is_none());
+        match draw(fewer, side) {
+            Ok(Rendered { stats: RenderStats { reduced_light: Some(light), .. }, .. }) => {
+                assert_eq!((light.limit.field, light.limit.limit), ("shading", fewer));
+                assert_eq!(light.visibility.rays, 0);
+            }
+            Err(RenderError::Limit(limit)) => assert_eq!(limit.field, "shading"),
+            other => panic!("{other:?}"),
+        }
     }
 }
 

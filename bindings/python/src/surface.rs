@@ -4,7 +4,7 @@ use overcoat::Scene;
 use overcoat::frame::{DisplayOptions, Frame};
 use overcoat::render::{RenderOptions, RenderStats};
 use overcoat::scene::Camera;
-use overcoat_cli::losses::left_out;
+use overcoat_cli::losses::{left_out, reduced_light};
 
 /// One sentence for each.
 pub(crate) fn losses(
@@ -17,6 +17,7 @@ pub(crate) fn losses(
 ) -> Vec<String> {
     let mut all: Vec<String> = left_out(scene, options.shading).map(|warning| warning.message).collect();
     all.extend(scene.texture_losses());
+    all.extend(reduced_light(stats).map(|warning| warning.message));
     if display.background.is_none() && frame.is_tinted() {
         all.push(
             "glass tints what is behind it, which a picture with one opacity for all colours cannot show: it is grey there; \

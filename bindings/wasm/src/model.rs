@@ -90,6 +90,7 @@ impl Model {
         let display = description.display_of(&scene, &display);
         let options = options.with_aovs(planes);
         let rendered = self.renderer.render(&scene, &camera, &options)?;
+        warnings.extend(rendered.stats.reduced_light.map(|light| Warning::new(light.to_string())));
         Ok(Picture::new(rendered.frame, &display, warnings))
     }
 

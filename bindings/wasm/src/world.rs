@@ -362,8 +362,9 @@ impl World {
         let View { description, options, display, camera } = self.view(description)?;
         let options = options.with_aovs(planes);
         let rendered = self.renderer.render(self.world.scene(), &camera, &options).map_err(sentence)?;
-        let warnings = description.warnings.iter().chain(self.warnings.values().flatten());
-        Ok(Picture::new(rendered.frame, &display, warnings.cloned().collect()))
+        let warnings = description.warnings.iter().chain(self.warnings.values().flatten()).cloned();
+        let light = rendered.stats.reduced_light.map(|light| Warning::new(light.to_string()));
+        Ok(Picture::new(rendered.frame, &display, warnings.chain(light).collect()))
     }
 
     /// The surface in a pixel of the picture that [`World::render`] draws: a JSON object with its instance, model and material as

@@ -13,6 +13,8 @@ mod compare;
 pub mod conformance;
 mod contact;
 mod coverage_check;
+mod default_command;
+mod default_output;
 mod diff;
 mod environment_cache;
 pub mod failure;
@@ -41,6 +43,7 @@ mod render_task;
 mod report;
 mod sandbox;
 mod sheet;
+mod short_help;
 mod signals;
 mod terminal_size;
 mod thumbnail;
@@ -72,11 +75,12 @@ pub fn run() -> ExitCode {
 #[must_use]
 pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
     signals::listen();
-    let done = match Cli::try_parse_from(arguments) {
+    let arguments = arguments.into_iter().map(Into::into).collect();
+    let done = match short_help::parse(default_command::completed(arguments)) {
         Ok(mut cli) => {
             let memory = Limits::check_memory(|| "start".to_owned(), 0).map_err(|e| Failure::limit(&e));
-            let confined = confine(&mut cli);
-            memory.and(confined).and_then(|()| dispatch(&cli.command))
+            let settled = memory.and_then(|()| settle(&mut cli));
+            settled.and_then(|()| confine(&mut cli)).and_then(|()| dispatch(&cli.command))
         }
         Err(error) => match error.kind() {
             ErrorKind::DisplayHelp
@@ -97,6 +101,14 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + C
             }
             failure.exit_code()
         }
+    }
+}
+
+/// Settles what depends on files that are there, before rights are given up.
+fn settle(cli: &mut Cli) -> Result<(), Failure> {
+    match &mut cli.command {
+        Command::Render(args) => default_output::settle(args),
+        _ => Ok(()),
     }
 }
 

@@ -4,6 +4,7 @@ use overcoat_core::color::ToneCurve;
 use overcoat_core::frame::Clipping;
 use overcoat_core::frame::DisplayOptions;
 use overcoat_load::Warning;
+use overcoat_render::RenderStats;
 use overcoat_scene::{EnvironmentSource, Scene, ShadingModel};
 
 /// What pictures have found to be wrong with textures that are decoded when they are read, beyond what is `known`.
@@ -31,6 +32,12 @@ pub(super) fn losses(
 ) -> Vec<Warning> {
     let warnings = left_out(scene, shading).chain(lost_tint(tinted, display));
     warnings.chain(changed_splats(scene, display)).chain(clipped(scene, display, clipping)).collect()
+}
+
+/// Light that was left out to stay within a limit, with the option that raises it.
+pub fn reduced_light(stats: &RenderStats) -> Option<Warning> {
+    let reduced = stats.reduced_light.as_ref()?;
+    Some(Warning::new(format!("{reduced}; --limit {}=N raises the limit", reduced.limit.field)))
 }
 
 /// What materials have and the formulas that shade them do not know: one line for each model.

@@ -1,6 +1,7 @@
 //! Where a picture goes: checked before any work, written after all of it.
 
 use super::args::PictureEncodingArgs;
+use super::default_output;
 use super::failure::Failure;
 use super::picture_format::PictureFormat;
 use super::render_task::Pixels;
@@ -24,8 +25,10 @@ pub struct OutputFile {
     quality: u8,
     /// Planes that go to files of their own.
     planes: Vec<(Aov, PathBuf)>,
-    /// Whether a file that is there and empty gets its content in place.
+    /// A file that is there and empty gets its content in place.
     fills_empty: bool,
+    /// The picture says that nobody has named it.
+    is_marked: bool,
 }
 
 impl OutputFile {
@@ -58,7 +61,8 @@ impl OutputFile {
             planes = aovs.iter().map(|&aov| (aov, named(aov))).collect();
         }
         let quality = encoding.jpeg_quality.unwrap_or(DEFAULT_JPEG_QUALITY);
-        let target = Self { path: path.to_owned(), format, quality, planes, fills_empty: false };
+        let target =
+            Self { path: path.to_owned(), format, quality, planes, fills_empty: false, is_marked: false };
         if standard_output {
             check_standard_output(json, format.terminal().is_some())?;
             return Ok(target);
@@ -87,7 +91,12 @@ impl OutputFile {
         }
         let (path, planes) = (path.to_owned(), Vec::new());
         let format = PictureFormat::File(format);
-        Ok(Self { path, format, quality: DEFAULT_JPEG_QUALITY, planes, fills_empty: true })
+        Ok(Self { path, format, quality: DEFAULT_JPEG_QUALITY, planes, fills_empty: true, is_marked: false })
+    }
+
+    /// The same for a picture whose name nobody has asked for, see `default_output.rs`.
+    pub(super) fn marked(self) -> Self {
+        Self { is_marked: true, ..self }
     }
 
     /// The format of the picture.
@@ -124,7 +133,11 @@ impl OutputFile {
             }
             Pixels::Image(image) => self.bytes_of_image(image, display),
         };
-        files.push((self.path.clone(), bytes.map_err(|e| output_failure(&e, &self.path))?));
+        let mut bytes = bytes.map_err(|e| output_failure(&e, &self.path))?;
+        if self.is_marked {
+            default_output::mark(&mut bytes);
+        }
+        files.push((self.path.clone(), bytes));
         Ok(Encoded { files, fills_empty: self.fills_empty })
     }
 }

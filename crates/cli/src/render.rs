@@ -2,7 +2,7 @@
 
 use super::args::{DrawArgs, RenderArgs};
 use super::failure::{Failure, file_name};
-use super::losses::{left_out, losses, texture_losses};
+use super::losses::{left_out, losses, reduced_light, texture_losses};
 use super::output_file::{OutputFile, is_standard_output};
 use super::picture_format::PictureFormat;
 use super::render_report::{RenderReport, Told};
@@ -24,11 +24,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (draw, models) = (&args.model.draw, args.model.input.as_slice());
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
+    let Some(output) = &args.output else { return Err(Failure::usage("-o OUT says where the picture goes")) };
     if let Some(format) = args.encoding.output_format.and_then(PictureFormat::terminal) {
-        suit_terminal(&mut description, format, is_standard_output(&args.output));
+        suit_terminal(&mut description, format, is_standard_output(output));
     }
     let mut task = RenderTask::new(draw, description, models)?;
-    let target = OutputFile::new(&args.output, &args.encoding, &args.aov, &task.inputs, task.json)?;
+    let target = OutputFile::new(output, &args.encoding, &args.aov, &task.inputs, task.json)?;
+    let target = if args.is_unnamed { target.marked() } else { target };
     if let PictureFormat::File(format) = target.format() {
         task.behind_for(format);
     }
@@ -46,7 +48,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             task.reporter.warning(message);
         }
     }
-    carry_out(task, draw, &target, start)
+    let reporter = task.reporter;
+    carry_out(task, draw, &target, start)?;
+    if args.is_unnamed {
+        reporter.note(format_args!("wrote {}", output.display()));
+    }
+    Ok(())
 }
 
 /// Settles what nobody has asked for: a picture that fits the terminal, if it is `sent` to one, and no shadow that would be
@@ -92,6 +99,7 @@ pub(super) fn carry_out(
         format if format.is_linear() => left_out(&scene, shading).collect(),
         _ => losses(&scene, shading, &display, tinted, clipping),
     });
+    warnings.extend(reduced_light(&stats));
     match task.check_coverage(source, &scene, &camera, &stats) {
         Ok(warning) => warnings.extend(warning),
         Err(failure) => {

@@ -32,6 +32,13 @@ impl Reporter {
         }
     }
 
+    /// One line on standard error that is no warning.
+    pub fn note(self, message: impl Display) {
+        if !self.quiet {
+            let _ = writeln!(std::io::stderr(), "{}", one_line(&message.to_string()));
+        }
+    }
+
     /// One line on standard error.
     pub fn warning(self, message: impl Display) {
         if !self.quiet {

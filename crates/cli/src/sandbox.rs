@@ -62,7 +62,7 @@ struct Files<'a> {
 impl<'a> Files<'a> {
     fn of(command: &'a Command) -> Self {
         let (draw, models, output) = match command {
-            Command::Render(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.output)),
+            Command::Render(a) => (Some(&a.model.draw), a.model.input.as_slice(), a.output.as_ref()),
             Command::Turntable(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.movie.output)),
             Command::Animate(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.movie.output)),
             Command::CompareModels(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.output)),

@@ -48,6 +48,8 @@ pub(super) enum Stop {
     LostTextures(Box<Scene>),
     /// Levels of the environment were read that nobody foresaw: they are known now.
     MoreLight,
+    /// Finding blocked light passes a limit: less of it may not.
+    Light(LimitExceeded),
     /// A limit was passed with tiles of a size that was asked for: those of the default say which limit.
     DefaultTiles,
 }
@@ -91,7 +93,7 @@ impl<'a> Attempt<'a> {
         let levels = foreseen(scene, options);
         let filtered = environments.get(&scene.environment().source, levels, jobs, options.simd);
         let environment = environment_light(scene, &filtered);
-        prepared.prepare_lights(self, &mut passes.effects, &environment)?;
+        prepared.prepare_lights(self, &mut passes.effects, &environment).map_err(Stop::Light)?;
         self.times.environment = self.pool.lap();
         self.request.go_on()?;
 
@@ -179,7 +181,10 @@ impl<'a> Attempt<'a> {
             if frame.grid.side() != self.budget.grid().side() {
                 return Err(Stop::DefaultTiles);
             }
-            check_limits(frame, self.request)?;
+            match check_limits(frame, self.request) {
+                Err(limit) if limit.field == "shading" => return Err(Stop::Light(limit)),
+                checked => checked?,
+            }
         }
         if !self.pool.arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode.into());
@@ -218,6 +223,7 @@ impl<'a> Attempt<'a> {
             covered: found.covered,
             stages: self.times.named(),
             serial: self.times.sum().saturating_sub(self.pool.parallel()),
+            reduced_light: None,
             stage_hashes: None,
         };
         if let Some(mirrored) = self.mirrored {

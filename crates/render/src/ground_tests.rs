@@ -296,7 +296,8 @@ fn its_work_is_limited() {
         let few = options(Ground::Shadow).with_tile_size(Some(tile)).with_limits(limits(1));
         match Renderer::new(2).render(&scene, &camera, &few) {
             Err(RenderError::Limit(limit)) => assert_eq!(limit.field, "shading"),
-            other => panic!("{:?}", other.map(|found| found.stats)),
+            Ok(found) => assert_eq!(found.stats.reduced_light.unwrap().limit.field, "shading"),
+            Err(other) => panic!("{other}"),
         }
     }
 }

@@ -32,7 +32,7 @@ pub use overcoat_tiles::quality::{Quality, Visibility};
 pub use overcoat_tiles::trace::StageHashes;
 pub use overcoat_tiles::work::WorkDone;
 pub use pick::Hit;
-pub use rendered::{RenderStats, Rendered, RenderedImage, RenderedInto};
+pub use rendered::{ReducedLight, RenderStats, Rendered, RenderedImage, RenderedInto};
 pub use unseen::Unseen;
 
 use builder::Fixed;

@@ -5,7 +5,7 @@ use super::environment::{EnvironmentCache, foreseen};
 use super::passes::PassMemory;
 use super::pick::LastPicture;
 use super::prepared::FrameMemory;
-use super::rendered::{RenderStats, StageTimes};
+use super::rendered::{ReducedLight, RenderStats, StageTimes};
 use super::setup::unknown_clouds;
 use super::textures::TextureMemory;
 use overcoat_core::built::{AreaLights, CarPaint, Environments, Shadows, Splats};
@@ -94,15 +94,27 @@ impl Memory {
     ) -> Result<Drawn, RenderError> {
         let mut without_lost = None;
         let mut options = Cow::Borrowed(request.options);
+        let mut passed = None;
         loop {
             let scene = without_lost.as_ref().unwrap_or(request.scene);
             let request = Request { scene, options: &options, ..*request };
             let target = target.as_mut().map(|(target, region)| (&mut **target, *region));
             match self.attempt(&request, target) {
-                Ok(drawn) => return Ok(drawn),
+                Ok(mut drawn) => {
+                    let light = |limit| ReducedLight { limit, visibility: options.visibility };
+                    drawn.stats.reduced_light = passed.map(light).or(drawn.stats.reduced_light);
+                    return Ok(drawn);
+                }
                 Err(Stop::Error(error)) => return Err(error),
                 Err(Stop::LostTextures(rest)) => without_lost = Some(*rest),
                 Err(Stop::MoreLight) => {}
+                Err(Stop::Light(limit)) => match options.with_less_light() {
+                    Some(less) => {
+                        options = Cow::Owned(less);
+                        passed = passed.or(Some(limit));
+                    }
+                    None => return Err(limit.into()),
+                },
                 Err(Stop::DefaultTiles) => options.to_mut().tile_size = None,
             }
         }

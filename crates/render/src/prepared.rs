@@ -14,7 +14,7 @@ use overcoat_tiles::ground_pixels::GroundView;
 use overcoat_tiles::lamps::LightMemory;
 use overcoat_tiles::light_filter::MARGIN;
 use overcoat_tiles::mirror::MirrorMemory;
-use overcoat_tiles::options::{Background, RenderError, RenderOptions};
+use overcoat_tiles::options::{Background, RenderOptions};
 use overcoat_tiles::pass::FrameContext;
 use overcoat_tiles::shading_rate::Finer;
 use overcoat_tiles::splats::SplatMemory;
@@ -50,7 +50,7 @@ impl FrameMemory {
         attempt: &Attempt<'_>,
         effects: &mut EffectMemory,
         environment: &EnvironmentLight<'_>,
-    ) -> Result<(), RenderError> {
+    ) -> Result<(), LimitExceeded> {
         let &Attempt { request: &Request { scene, options, .. }, view, ref pool, .. } = attempt;
         self.lights.list(scene, view);
         effects.before(pool, scene, environment, options)?;

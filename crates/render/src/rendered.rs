@@ -2,6 +2,9 @@
 
 use crate::StageHashes;
 use overcoat_core::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
+use overcoat_core::limits::LimitExceeded;
+use overcoat_tiles::quality::Visibility;
+use std::fmt;
 use std::time::Duration;
 
 /// A picture and what it took.
@@ -77,8 +80,34 @@ pub struct RenderStats {
     /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over
     /// vertices, triangles and tiles. Filtering a new environment and decoding textures count as such.
     pub serial: Duration,
+    /// Light that was left out, since the picture would have passed a limit with it.
+    pub reduced_light: Option<ReducedLight>,
     /// Hashes of what each stage handed to the next, if `RenderOptions::stage_hashes` asks for it.
     pub stage_hashes: Option<StageHashes>,
+}
+
+/// Light that a picture does without, since it would have passed a limit.
+///
+/// By counts alone: the same scene, options and limits leave out the same everywhere. Displayed as a sentence.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ReducedLight {
+    /// The limit that the picture would have passed.
+    pub limit: LimitExceeded,
+    /// Blocked light that was found in place of what the options ask for; without any, there is no floor either.
+    pub visibility: Visibility,
+}
+
+impl fmt::Display for ReducedLight {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { limit, visibility: Visibility { maps, map_size, rays, .. } } = self;
+        write!(f, "{limit}: drawn ")?;
+        match (maps, rays) {
+            (0, _) => f.write_str("without shadows and floor"),
+            (_, 0) => write!(f, "with {maps} depth maps of {map_size} x {map_size} and no rays"),
+            _ => write!(f, "with {maps} depth maps of {map_size} x {map_size} and {rays} rays"),
+        }
+    }
 }
 
 impl RenderStats {
@@ -86,6 +115,7 @@ impl RenderStats {
     pub(super) fn add_cost(&mut self, other: &Self) {
         self.fragments += other.fragments;
         self.shading += other.shading;
+        self.reduced_light = self.reduced_light.take().or_else(|| other.reduced_light.clone());
         self.serial += other.serial;
         self.stages.iter_mut().zip(&other.stages).for_each(|((_, time), (_, more))| *time += *more);
     }

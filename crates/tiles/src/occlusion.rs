@@ -18,6 +18,9 @@ const EPSILON: f32 = 3e-6;
 /// Bytes that a triangle takes for rays: its corners, and its share of the hierarchy while that is built.
 const BYTES_PER_TRIANGLE: u64 = 200;
 
+/// Maps that are remembered to pass a limit.
+const MOST_REFUSED: usize = 8;
+
 /// What was found of the last scene.
 #[derive(Debug, Default)]
 pub struct OcclusionMemory {
@@ -34,6 +37,8 @@ pub struct OcclusionMemory {
     made: u64,
     /// How many times other things blocked light.
     moved: u64,
+    /// Directions and sizes of maps of these blockers that pass a limit: the next frame need not find out again.
+    refused: Vec<(Vec<DistantLight>, u32, LimitExceeded)>,
     /// Whose blockers these are, and within which limits: of the same scene they need not be listed again.
     of_scene: Option<(Revision, Limits)>,
 }
@@ -65,29 +70,11 @@ impl OcclusionMemory {
             return Ok(());
         }
         let limits = &options.limits;
+        self.list_blockers(pool, scene, limits)?;
         let lights = distant_lights(environment, asked.maps);
-        let of_scene = (scene.revision(), limits.clone());
-        let listed = if self.of_scene.as_ref() == Some(&of_scene) {
-            None
-        } else {
-            self.of_scene = None;
-            Some(Blockers::of_scene(scene, limits, pool.jobs)?).filter(|listed| *listed != self.blockers)
-        };
-        let moved = listed.is_some();
-        let blockers = listed.as_ref().unwrap_or(&self.blockers);
-        if moved || self.lights != lights || self.size != asked.map_size {
-            let directions: Vec<_> = lights.iter().map(|light| light.direction).collect();
-            let size = asked.map_size as usize;
-            self.size = 0;
-            self.made += 1;
-            self.maps = DepthMaps::within(limits, blockers, &directions, size, pool.jobs, options.simd)?;
-            (self.lights, self.size) = (lights, asked.map_size);
+        if self.lights != lights || self.size != asked.map_size {
+            self.draw_maps(pool, lights, asked.map_size, options)?;
         }
-        if let Some(blockers) = listed {
-            self.moved += 1;
-            (self.blockers, self.traced) = (blockers, TracedScene::default());
-        }
-        self.of_scene = Some(of_scene);
         if self.samples.len() != asked.rays as usize {
             self.samples = LobeSamples::new(asked.rays);
         }
@@ -100,6 +87,67 @@ impl OcclusionMemory {
             self.traced.list_emitters(scene, &mut self.emitters);
         }
         Ok(())
+    }
+
+    /// Lists what blocks light, unless that is known.
+    fn list_blockers(
+        &mut self,
+        pool: &TimedPool<'_>,
+        scene: &Scene,
+        limits: &Limits,
+    ) -> Result<(), LimitExceeded> {
+        let of_scene = (scene.revision(), limits.clone());
+        if self.of_scene.as_ref() == Some(&of_scene) {
+            return Ok(());
+        }
+        self.of_scene = None;
+        self.refused.clear();
+        let blockers = Blockers::of_scene(scene, limits, pool.jobs)?;
+        if blockers != self.blockers {
+            self.moved += 1;
+            (self.blockers, self.traced, self.size) = (blockers, TracedScene::default(), 0);
+        }
+        self.of_scene = Some(of_scene);
+        Ok(())
+    }
+
+    /// Draws the maps of the blockers.
+    fn draw_maps(
+        &mut self,
+        pool: &TimedPool<'_>,
+        lights: Vec<DistantLight>,
+        size: u32,
+        options: &RenderOptions,
+    ) -> Result<(), LimitExceeded> {
+        let mut refused = self.refused.iter();
+        if let Some((_, _, limit)) = refused.find(|(of, side, _)| *side == size && *of == lights) {
+            return Err(limit.clone());
+        }
+        let directions: Vec<_> = lights.iter().map(|light| light.direction).collect();
+        self.size = 0;
+        self.made += 1;
+        let drawn = DepthMaps::within(
+            &options.limits,
+            &self.blockers,
+            &directions,
+            size as usize,
+            pool.jobs,
+            options.simd,
+        );
+        match drawn {
+            Ok(maps) => {
+                (self.maps, self.lights, self.size) = (maps, lights, size);
+                Ok(())
+            }
+            Err(limit) => {
+                // An environment that turns has ever other directions.
+                if self.refused.len() == MOST_REFUSED {
+                    self.refused.clear();
+                }
+                self.refused.push((lights, size, limit.clone()));
+                Err(limit)
+            }
+        }
     }
 
     /// What the maps know; `None` if nothing blocks light.

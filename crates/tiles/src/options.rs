@@ -240,6 +240,19 @@ impl RenderOptions {
         Self { visibility: quality.visibility(), shading_rate, ..self }
     }
 
+    /// The same with the next less expensive light ([`Visibility::reduced`]), without the floor where none of it is left. `None` if
+    /// there is nothing to leave out.
+    #[must_use]
+    pub fn with_less_light(&self) -> Option<Self> {
+        let visibility = match self.visibility.reduced() {
+            Some(visibility) => visibility,
+            None if self.ground.is_seen() => Visibility::NONE,
+            None => return None,
+        };
+        let ground = if visibility.is_on() { self.ground } else { Ground::None };
+        Some(Self { visibility, ground, ..self.clone() })
+    }
+
     /// The same with another [`RenderOptions::ground`].
     #[must_use]
     pub fn with_ground(self, ground: Ground) -> Self {

@@ -53,10 +53,23 @@ impl Visibility {
         Self { rays, ..self }
     }
 
-    /// Whether anything is found of what blocks light.
+    /// True if blocked light is found.
     #[must_use]
     pub const fn is_on(&self) -> bool {
         self.maps > 0
+    }
+
+    /// The next less expensive one: without rays, then with few small maps (a sixteenth of the work and the memory of
+    /// [`Quality::Fast`]), then none. `None` if this is [`Visibility::NONE`] already.
+    #[must_use]
+    pub fn reduced(self) -> Option<Self> {
+        let few = Self { maps: self.maps.min(16), map_size: self.map_size.min(64), rays: 0 };
+        match self {
+            Self { maps: 0, .. } => None,
+            Self { rays: 1.., .. } => Some(self.with_rays(0)),
+            _ if few != self => Some(few),
+            _ => Some(Self::NONE),
+        }
     }
 }
 
@@ -139,6 +152,21 @@ mod tests {
             assert_eq!(Quality::from_name(quality.name()), Some(*quality));
         }
         assert_eq!(Quality::from_name("ultra"), None);
+    }
+
+    /// Every tier comes down to a draft in a few steps.
+    #[test]
+    fn reduction_ends() {
+        for quality in Quality::ALL {
+            let steps: Vec<Visibility> =
+                std::iter::successors(Some(quality.visibility()), |visibility| visibility.reduced())
+                    .collect();
+            assert!(steps.len() <= 4, "{steps:?}");
+            assert!(!steps.last().unwrap().is_on(), "{steps:?}");
+            let work =
+                |v: &Visibility| u64::from(v.maps) * u64::from(v.map_size).pow(2) * u64::from(1 + v.rays);
+            assert!(steps.windows(2).all(|pair| work(&pair[0]) > work(&pair[1])), "{steps:?}");
+        }
     }
 
     /// A better tier has no less of anything.

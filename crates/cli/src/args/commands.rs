@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// `overcoat render`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  overcoat render car.glb -o car.png
+  overcoat render car.glb
   overcoat render car.glb -o car.png --size 1920x1080 --view 1,0.3,1 --background white
   overcoat render car.glb -o car.exr --env sky.hdr --env-rotation 90 --aov depth,normal
   overcoat render part.stl -o part.png --view front --ortho --samples 16
@@ -25,9 +25,19 @@ use std::path::PathBuf;
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded")]
 pub struct RenderArgs {
-    /// Picture to write (.png, .webp, .jpg, .exr or .hdr), or - for standard output
+    /// Picture to write (.png, .webp, .jpg, .exr or .hdr), or - for standard output [default: the model's name with .png, in
+    /// this folder]
+    ///
+    /// Under the default name, a file that was not made this way is replaced with --force only.
     #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
+    pub output: Option<PathBuf>,
+    /// Nobody has named the picture
+    #[arg(skip)]
+    pub is_unnamed: bool,
+
+    /// Replace whatever has the default name of the picture
+    #[arg(long, conflicts_with = "output")]
+    pub force: bool,
 
     #[command(flatten)]
     pub encoding: PictureEncodingArgs,

@@ -39,7 +39,7 @@ use clap::{Parser, Subcommand};
     max_term_width = 100,
     arg_required_else_help = true,
     after_help = "Example:
-  overcoat render car.glb -o car.png
+  overcoat car.glb
   overcoat render --help
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 pictures differ (golden)"
@@ -62,7 +62,7 @@ pub struct Cli {
 pub enum Command {
     /// Render one model to a picture
     Render(Box<RenderArgs>),
-    /// Render one model to a small square PNG, confined and within small limits: what a file manager calls
+    /// Render one model to a small square PNG, confined, within small limits
     Thumbnail(ThumbnailArgs),
     /// Turn a model once around: an animated PNG or WebP, or numbered pictures
     Turntable(Box<TurntableArgs>),
@@ -80,11 +80,11 @@ pub enum Command {
     Diff(Box<DiffArgs>),
     /// List the built-in materials, print one, or show all on a contact sheet
     Materials(Box<MaterialsArgs>),
-    /// Measure how far the clear coats of engines are from physics: tables, plots, a summary
+    /// Measure how far the clear coats of engines are from physics
     Lab(Box<LabArgs>),
-    /// Find the parameters with which another engine's pictures of a material are most alike
+    /// Find parameters with which another engine draws a material alike
     Translate(Box<TranslateArgs>),
-    /// Make a folder with which any renderer of clear coats is tested: scenes, truth, tolerances, a script that scores
+    /// Make a folder of scenes, truth and tolerances that tests renderers of clear coats
     Conformance(Box<ConformanceArgs>),
     /// List the formats of files that are read and written
     Formats(FormatsArgs),
@@ -94,10 +94,10 @@ pub enum Command {
     Completions(CompletionsArgs),
     /// Print the manual page, or write those of all commands into a folder
     Man(ManArgs),
-    /// Render the models of a folder, a manifest or an object store (by the program overcoat-service)
+    /// Render the models of a folder, a manifest or an object store
     #[command(disable_help_flag = true)]
     Batch(ServiceArgs),
-    /// Render models over HTTP (by the program overcoat-service)
+    /// Render models over HTTP
     #[command(disable_help_flag = true)]
     Serve(ServiceArgs),
     /// Try what a program that was taken over would try, to see that --sandbox holds on this machine

@@ -4,7 +4,7 @@
 //! the outermost surface at the centre of each texel.
 
 use super::blockers::Blockers;
-use super::draw::Triangles;
+use super::slab::Slab;
 use overcoat_core::dispatch_available;
 use overcoat_core::each;
 use overcoat_core::jobs::Jobs;
@@ -177,7 +177,7 @@ impl DepthMaps {
     ) -> Result<Self, LimitExceeded> {
         let size = size.clamp(SIZES[0], SIZES[1]);
         let texels = (size as u64 * size as u64).saturating_mul(directions.len() as u64);
-        let beside = blockers.bytes().saturating_add(Triangles::bytes(blockers));
+        let beside = blockers.bytes().saturating_add(Slab::bytes(blockers));
         let bytes = texels.saturating_mul(4).saturating_add(beside);
         Limits::check(|| "depth maps of one frame".to_owned(), bytes, limits.frame_bytes, "frame_bytes")?;
         Limits::check_memory(|| "depth maps of one frame".to_owned(), bytes)?;
@@ -204,7 +204,6 @@ impl DepthMaps {
         let radius = if radius > least { radius } else { least };
         let maps: Vec<DepthMap> =
             directions.iter().map(|direction| DepthMap::new(*direction, centre, radius, size)).collect();
-        let triangles = Triangles::new(blockers, jobs);
         let map_len = size * size;
         let mut texels = vec![0; maps.len() * map_len];
         let mut groups: Vec<(&[DepthMap], &mut [u32], u64)> = maps
@@ -212,15 +211,15 @@ impl DepthMaps {
             .zip(texels.chunks_mut(MAPS_PER_JOB * map_len))
             .map(|(maps, texels)| (maps, texels, 0))
             .collect();
-        jobs.for_each_mut(&mut groups, |_, (maps, texels, work)| {
-            dispatch_available!(level, l => {
-                *work = triangles.draw(l, maps, most, size, texels);
-                for map in texels.chunks_exact_mut(map_len) {
-                    pack(l, map, size);
-                }
+        let work = Slab::for_each(blockers, jobs, most, |slab| {
+            jobs.for_each_mut(&mut groups, |_, (maps, texels, work)| {
+                dispatch_available!(level, l => *work = slab.draw(l, maps, most, size, texels));
             });
+            groups.iter().fold(0, |sum: u64, group| sum.saturating_add(group.2))
         });
-        let work = groups.iter().fold(0, |sum: u64, group| sum.saturating_add(group.2));
+        jobs.for_each_chunk_mut(&mut texels, map_len, |_, map| {
+            dispatch_available!(level, l => pack(l, map, size));
+        });
         let texel = 2.0 * radius / (size - 2 * MARGIN) as f32;
         let step = 2.0 * radius / (OUTERMOST - DEEPEST);
         (Self { size, maps, texels, texel, step }, work)

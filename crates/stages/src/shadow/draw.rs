@@ -17,53 +17,19 @@
 use super::blockers::{Blockers, Cutout, Masked, smaller};
 use super::clip::{Corner, clipped};
 use super::depth_map::{DEEPEST, DepthMap, OUTERMOST};
+use super::slab::{List, Sixteen, Slab};
+use super::sliver::Slivers;
 use overcoat_core::each;
-use overcoat_core::jobs::Jobs;
 use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask};
-
-/// The corners of sixteen triangles: x, y and z of the first, the second, the third. Aligned, so that a vector is one line of
-/// the cache.
-#[derive(Clone, Copy)]
-#[repr(align(64))]
-pub(super) struct Sixteen([[f32; LANES]; 9]);
 
 /// Sixteens that all maps of a job draw before the next: few enough for the first cache.
 const SIXTEENS_PER_TURN: usize = 32;
 
-/// Sixteens that are put together by one thread.
-const SIXTEENS_PER_JOB: usize = 1 << 10;
-
 /// Columns and rows of texels that a triangle has at most, less one, to be drawn with fifteen others, a texel of each at a
-/// time. Larger ones are drawn alone, sixteen texels at a time.
+/// time. Larger ones are drawn alone, sixteen texels at a time, but for slivers (`sliver.rs`).
 const SMALL: f32 = 7.0;
 
-/// Triangles as maps are drawn of them.
-pub(super) struct Triangles<'a> {
-    blockers: &'a Blockers,
-    /// Of [`Blockers::triangles`].
-    solid: Vec<Sixteen>,
-    /// One-sided, see [`Blockers::one_sided`].
-    one_sided: Vec<Sixteen>,
-    /// Of [`Blockers::masked`].
-    masked: Vec<Sixteen>,
-}
-
-impl<'a> Triangles<'a> {
-    /// Puts all corners one after the other: looking them up takes longer than to turn them, and every map turns them.
-    pub(super) fn new(blockers: &'a Blockers, jobs: &Jobs) -> Self {
-        let solid = gather(blockers, blockers.triangles.len(), jobs, |k| &blockers.triangles[k]);
-        let one_sided = gather(blockers, blockers.one_sided.len(), jobs, |k| &blockers.one_sided[k]);
-        let masked = gather(blockers, blockers.masked.len(), jobs, |k| &blockers.masked[k].corners);
-        Self { blockers, solid, one_sided, masked }
-    }
-
-    /// Bytes that they take beside the blockers.
-    pub(super) fn bytes(blockers: &Blockers) -> u64 {
-        let lists = [blockers.triangles.len(), blockers.one_sided.len(), blockers.masked.len()];
-        let sixteens: usize = lists.into_iter().map(|count| count / LANES + 1).sum();
-        (sixteens as u64).saturating_mul(size_of::<Sixteen>() as u64)
-    }
-
+impl Slab<'_> {
     /// Draws all into several maps, whose texels are bits of floats, 0 where there is nothing: the outermost depths. Counts the
     /// sixteens of triangles and of texels that are looked at; once they are more than `most`, the maps stay unfinished.
     #[inline(always)]
@@ -76,56 +42,55 @@ impl<'a> Triangles<'a> {
         maps: &mut [u32],
     ) -> u64 {
         let mut work = 0;
-        for (sixteens, sides) in [(&self.solid, Sides::Both), (&self.one_sided, Sides::Front)] {
-            for turn in sixteens.chunks(SIXTEENS_PER_TURN) {
-                for (frame, map) in frames.iter().zip(maps.chunks_exact_mut(size * size)) {
-                    for sixteen in turn {
-                        work += draw_solid(l, frame, (sixteen, sides), size, map);
-                    }
-                }
-                if work > most {
-                    return work;
-                }
-            }
-        }
-        for (number, sixteen) in self.masked.iter().enumerate() {
+        let mut first = self.first;
+        for turn in self.sixteens.chunks(SIXTEENS_PER_TURN) {
             for (frame, map) in frames.iter().zip(maps.chunks_exact_mut(size * size)) {
-                work += self.draw_masked(l, frame, (sixteen, number), size, map);
+                for (number, sixteen) in turn.iter().enumerate() {
+                    work += match self.list {
+                        List::Solid => draw_solid(l, frame, (sixteen, Sides::Both), size, map),
+                        List::OneSided => draw_solid(l, frame, (sixteen, Sides::Front), size, map),
+                        List::Masked => {
+                            let number = first + number * LANES;
+                            draw_masked_ones(l, frame, (sixteen, number), self.blockers, size, map)
+                        }
+                    };
+                }
             }
             if work > most {
-                return work;
+                break;
             }
-        }
-        work
-    }
-
-    /// Draws those of sixteen triangles that have a texel, where their alpha lets them be.
-    #[inline(always)]
-    fn draw_masked<L: Lanes>(
-        &self,
-        l: L,
-        frame: &DepthMap,
-        (sixteen, number): (&Sixteen, usize),
-        size: usize,
-        map: &mut [u32],
-    ) -> u64 {
-        let projected = Projected::new(l, frame, sixteen, size);
-        let mut bits = (projected.some | projected.cut).bits();
-        let mut work = 1;
-        while bits != 0 {
-            let k = bits.trailing_zeros() as usize % LANES;
-            bits &= bits - 1;
-            if let Some(masked) = self.blockers.masked.get(number * LANES + k) {
-                work += draw_masked(frame, self.blockers, masked, size, map);
-            }
+            first += turn.len() * LANES;
         }
         work
     }
 }
 
+/// Draws those of sixteen triangles with holes, from a number on, that have a texel, where their alpha lets them be.
+#[inline(always)]
+fn draw_masked_ones<L: Lanes>(
+    l: L,
+    frame: &DepthMap,
+    (sixteen, first): (&Sixteen, usize),
+    blockers: &Blockers,
+    size: usize,
+    map: &mut [u32],
+) -> u64 {
+    let projected = Projected::new(l, frame, sixteen, size);
+    let mut bits = (projected.some | projected.cut).bits();
+    let mut work = 1;
+    while bits != 0 {
+        let k = bits.trailing_zeros() as usize % LANES;
+        bits &= bits - 1;
+        if let Some(masked) = blockers.masked.get(first + k) {
+            work += draw_masked(frame, blockers, masked, size, map);
+        }
+    }
+    work
+}
+
 /// Which sides of triangles block light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Sides {
+pub(super) enum Sides {
     Both,
     Front,
 }
@@ -133,29 +98,6 @@ enum Sides {
 /// Triangles that are thinner than this part of a texel on a map count as seen from the front: rounding decides which side they
 /// show, and the outline of a closed surface must have no gaps.
 const THINNEST: f32 = 1.0 / 256.0;
-
-/// The corners of `count` triangles, sixteen by sixteen.
-fn gather<'a>(
-    blockers: &Blockers,
-    count: usize,
-    jobs: &Jobs,
-    triangle: impl Fn(usize) -> &'a [u32; 3] + Sync,
-) -> Vec<Sixteen> {
-    let mut sixteens = vec![Sixteen([[0.0; LANES]; 9]); count.div_ceil(LANES)];
-    jobs.for_each_chunk_mut(&mut sixteens, SIXTEENS_PER_JOB, |job, sixteens| {
-        for (number, sixteen) in sixteens.iter_mut().enumerate() {
-            let first = (job * SIXTEENS_PER_JOB + number) * LANES;
-            for (k, index) in (first..count).take(LANES).enumerate() {
-                // What is not there or no number stays a point, which covers nothing.
-                let Some(corners) = blockers.corners(triangle(index)) else { continue };
-                for (place, number) in corners.as_flattened().iter().enumerate() {
-                    sixteen.0[place][k] = *number;
-                }
-            }
-        }
-    });
-    sixteens
-}
 
 /// Sixteen triangles on a map.
 struct Projected<L: Lanes> {
@@ -215,7 +157,7 @@ fn shows_back<F: Float>(x: &[F; 3], y: &[F; 3], front: F) -> F::M {
 
 /// Draws sixteen triangles.
 #[inline(always)]
-fn draw_solid<L: Lanes>(
+pub(super) fn draw_solid<L: Lanes>(
     l: L,
     frame: &DepthMap,
     (sixteen, sides): (&Sixteen, Sides),
@@ -238,7 +180,13 @@ fn draw_solid<L: Lanes>(
     let first: [L::F; 2] = each!(c in low => (-(-c).floor()).at_least(0.0));
     let small = (end[0] - first[0]).lt(l.splat(SMALL)) & (end[1] - first[1]).lt(l.splat(SMALL));
     draw_small::<L>(&[x, y, z], first, end, some & small, size, map);
-    let mut large = (some & !small).bits();
+    let large = some & !small;
+    if !large.any() {
+        return work;
+    }
+    let slivers = Slivers::find(l, &[x, y], first, end);
+    work += slivers.draw(&[x, y, z], large & slivers.which, size, map);
+    let mut large = (large & !slivers.which).bits();
     if large == 0 {
         return work;
     }
@@ -256,13 +204,13 @@ fn draw_solid<L: Lanes>(
 
 /// What a triangle's corners have of a texel, by the differences to them: the weights of the corners, of which sum.
 #[inline(always)]
-fn weights<F: Float>(x: [F; 3], y: [F; 3]) -> [F; 3] {
+pub(super) fn weights<F: Float>(x: [F; 3], y: [F; 3]) -> [F; 3] {
     [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
 }
 
 /// Where all weights have one sign, and not all are zero, and the depth there.
 #[inline(always)]
-fn depth_inside<F: Float>([a, b, c]: [F; 3], z: &[F; 3]) -> (F::M, F) {
+pub(super) fn depth_inside<F: Float>([a, b, c]: [F; 3], z: &[F; 3]) -> (F::M, F) {
     let zero = a.splat_like(0.0);
     let sum = (a + b) + c;
     let one_sign = a.min(b).min(c).ge(zero) | a.max(b).max(c).le(zero);
@@ -295,22 +243,35 @@ fn draw_small<L: Lanes>(
             }
             let dx: [L::F; 3] = each!(c in *x => c - column);
             let (inside, depth) = depth_inside(weights(dx, dy), z);
-            let mut hits = (inside & present).bits();
-            if hits != 0 {
-                // Exact: no map is larger than 4096 x 4096.
-                let texels = (row * size as f32 + column).to_int().to_array();
-                let depths = depth.bits().to_array();
-                while hits != 0 {
-                    let k = hits.trailing_zeros() as usize % LANES;
-                    hits &= hits - 1;
-                    if let Some(texel) = map.get_mut(texels[k] as usize) {
-                        *texel = (*texel).max(depths[k] as u32);
-                    }
-                }
-            }
+            keep_outermost::<L>(inside & present, [column, row], depth, size, map);
             column = column + 1.0;
         }
         row = row + 1.0;
+    }
+}
+
+/// Keeps depths of one texel of each of sixteen triangles, where they are further out than what is there.
+#[inline(always)]
+pub(super) fn keep_outermost<L: Lanes>(
+    which: L::M,
+    [column, row]: [L::F; 2],
+    depth: L::F,
+    size: usize,
+    map: &mut [u32],
+) {
+    let mut hits = which.bits();
+    if hits == 0 {
+        return;
+    }
+    // Exact: no map is larger than 4096 x 4096.
+    let texels = (row * size as f32 + column).to_int().to_array();
+    let depths = depth.bits().to_array();
+    while hits != 0 {
+        let k = hits.trailing_zeros() as usize % LANES;
+        hits &= hits - 1;
+        if let Some(texel) = map.get_mut(texels[k] as usize) {
+            *texel = (*texel).max(depths[k] as u32);
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::blockers::{Blockers, larger};
 use super::depth_map::{DEEPEST, DepthMap, MARGIN, OUTERMOST, SIZES, basis, depth_at, open, pack};
-use super::draw::Triangles;
+use super::slab::Slab;
 use overcoat_core::dispatch_available;
 use overcoat_core::each;
 use overcoat_core::jobs::Jobs;
@@ -200,14 +200,14 @@ impl LampMaps {
             texels = texels.saturating_add(own.len().saturating_mul(size * size));
             frames.extend(own.into_iter().map(|frame| (number, frame)));
         }
-        let beside = blockers.bytes().saturating_add(Triangles::bytes(blockers));
+        let beside = blockers.bytes().saturating_add(Slab::bytes(blockers));
         let bytes = (texels as u64).saturating_mul(4).saturating_add(beside);
         Limits::check(what, bytes, limits.frame_bytes, "frame_bytes")?;
         // They have numbers of 31 bits.
         Limits::check(what, texels as u64, 1 << 31, "frame_bytes")?;
         Limits::check_memory(what, bytes)?;
         let mut maps = Self { lamps, texels: vec![0; texels] };
-        let work = maps.draw(frames, &Triangles::new(blockers, jobs), limits.blocks, jobs, level);
+        let work = maps.draw(frames, blockers, limits.blocks, jobs, level);
         if work > limits.blocks {
             return Err(LimitExceeded::beyond("depth maps of lamps", limits.blocks, "blocks"));
         }
@@ -219,7 +219,7 @@ impl LampMaps {
     fn draw(
         &mut self,
         frames: Vec<(usize, DepthMap)>,
-        triangles: &Triangles<'_>,
+        blockers: &Blockers,
         most: u64,
         jobs: &Jobs,
         level: SimdLevel,
@@ -232,19 +232,24 @@ impl LampMaps {
             drawn.push(DrawnMap { number, frame, map, work: 0, nearest: f32::INFINITY });
         }
         let lamps = &self.lamps;
-        jobs.for_each_mut(&mut drawn, |_, DrawnMap { number, frame, map, work, nearest }| {
+        let work = Slab::for_each(blockers, jobs, most, |slab| {
+            jobs.for_each_mut(&mut drawn, |_, DrawnMap { number, frame, map, work, .. }| {
+                let frame = std::slice::from_ref(frame);
+                let size = lamps[*number].size;
+                dispatch_available!(level, l => *work = slab.draw(l, frame, most, size, map));
+            });
+            drawn.iter().fold(0, |sum: u64, map| sum.saturating_add(map.work))
+        });
+        jobs.for_each_mut(&mut drawn, |_, DrawnMap { number, frame, map, nearest, .. }| {
             let LampMap { size, far, .. } = lamps[*number];
             dispatch_available!(level, l => {
-                *work = triangles.draw(l, std::slice::from_ref(frame), most, size, map);
                 if frame.near > 0.0 {
                     *nearest = from_inverse(l, frame, far, map);
                 }
                 pack(l, map, size);
             });
         });
-        let mut work = 0_u64;
         for map in &drawn {
-            work = work.saturating_add(map.work);
             let nearest = &mut self.lamps[map.number].nearest;
             *nearest = if map.nearest < *nearest { map.nearest } else { *nearest };
         }

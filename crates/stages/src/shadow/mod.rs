@@ -13,6 +13,8 @@ mod draw;
 mod lamp_filter;
 mod lamp_maps;
 mod of_scene;
+mod slab;
+mod sliver;
 mod soft;
 #[cfg(test)]
 mod tests;
