@@ -24,7 +24,7 @@ const AT_MOST: [(&str, usize); 26] = [
     ("crates/render", 34),
     ("crates/sandbox", 0),
     ("crates/scene", 146),
-    ("crates/shading", 173),
+    ("crates/shading", 0),
     ("crates/stages", 277),
     ("crates/tiles", 162),
     ("crates/tiles-avx2", 0),

@@ -99,8 +99,8 @@ impl<L: Lanes> Lobe<L> {
         Vec3::new(self.a * v.x + self.b * v.z, v.y, self.c * v.x + self.d * v.z)
     }
 
-    /// How wide a strip that was 1 wide across its plane through the origin becomes; `normal` is the unit normal of that
-    /// plane before.
+    /// Width, after the transform, of a strip that was 1 wide across its plane through the origin; `normal` is the
+    /// unit normal of that plane before it.
     #[inline(always)]
     fn strip_width(&self, normal: V3<L>) -> L::F {
         let determinant = self.a * self.d - self.b * self.c;

@@ -3,7 +3,7 @@
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Int, Lanes};
 
-/// How the parameters 0 and 1 map to a table's texels.
+/// Mapping of the parameters 0 and 1 to a table's texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelGrid {
     /// The first texel is at 0, the last at 1: position = u (size - 1).
@@ -22,7 +22,7 @@ pub struct Table<const N: usize> {
     texels: Vec<[f32; N]>,
 }
 
-/// How numbers are stored.
+/// Number format of a stored table's texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelFormat {
     /// `f32`.

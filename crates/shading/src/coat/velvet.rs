@@ -248,7 +248,7 @@ pub fn indirect<L: Lanes>(
     (velvet + below * leaving) * occlusion
 }
 
-/// What the GGX lobe reflects.
+/// Environment lookup of the GGX lobe.
 #[inline(always)]
 fn specular_query<L: Lanes>(
     l: L,

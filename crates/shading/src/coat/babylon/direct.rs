@@ -48,11 +48,11 @@ pub struct CoatLobe<L: Lanes> {
     pub attenuation: L::F,
     /// Cosine of the light inside the coat; 0 for a clear coat.
     pub n_dot_l_refract: L::F,
-    /// What the medium lets through.
+    /// Transmittance of the medium for this light.
     pub absorption: V3<L>,
 }
 
-/// One light: what each lobe reflects of it, and the steps on the way.
+/// One light: its reflection by lobe, and the intermediate terms.
 #[derive(Clone, Copy)]
 pub struct Direct<L: Lanes> {
     /// 1e-7 to 1.

@@ -176,7 +176,7 @@ fn lobe_of<L: Lanes>(l: L, surface: &Surface<L>, layer: usize) -> Option<Lobe<L>
     }
 }
 
-/// What becomes of light that meets more than one microfacet.
+/// Treatment of light that meets more than one microfacet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scattering {
     /// It is lost, as in the appendix of glTF.

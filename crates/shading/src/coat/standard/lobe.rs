@@ -107,7 +107,7 @@ pub(super) struct Lobe<L: Lanes> {
     n_dot_v: L::F,
     /// Perceptual roughness.
     roughness: L::F,
-    /// Where one lookup is all.
+    /// Fragments for which a single lookup is enough.
     pub(super) one: L::M,
 }
 

@@ -1,4 +1,4 @@
-//! What the versions of three.js have in common.
+//! Lobes that all versions of three.js share.
 
 use crate::brdf::microfacet::{distribution_ggx, visibility_smith};
 use crate::coat::glsl::{mix, normalize_or};

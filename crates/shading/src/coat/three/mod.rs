@@ -189,7 +189,7 @@ pub struct Surface<L: Lanes> {
 }
 
 impl<L: Lanes> Surface<L> {
-    /// What reaches the eye of light from beneath the coat, such as the material's emission.
+    /// Transmittance of the coat towards the eye, for light from beneath such as the material's emission.
     #[inline(always)]
     pub fn coat_transmittance(&self, l: L) -> L::F {
         match &self.coat {
