@@ -1,4 +1,4 @@
-//! What surfaces are made of, in the terms of glTF, for every shading model to read in its own way.
+//! Materials in the terms of glTF, for every shading model to read in its own way.
 
 use super::error::within;
 use super::lobes::Lobes;
@@ -7,7 +7,7 @@ use super::model_options::ModelOptions;
 use super::parameters::{check, slots};
 use super::{SceneError, TextureId};
 
-/// How base colour and reflectance are given.
+/// Workflow in which base colour and reflectance are given.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Workflow {
     /// glTF's default.
@@ -30,7 +30,7 @@ pub enum Workflow {
     },
 }
 
-/// Whether and how a surface lets what is behind it through.
+/// Treatment of a surface's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     /// Alpha is ignored.
@@ -115,7 +115,7 @@ pub struct Material {
     pub normal_texture: Option<NormalTexture>,
     /// Linear data, ambient occlusion in red.
     pub occlusion_texture: Option<TextureRef>,
-    /// How much of the occlusion applies, 0 to 1.
+    /// Strength of the occlusion, 0 to 1.
     pub occlusion_strength: f32,
     /// Emitted radiance, linear, already multiplied by KHR_materials_emissive_strength.
     pub emissive: [f32; 3],
@@ -195,7 +195,7 @@ impl Material {
         self
     }
 
-    /// Whether it reads textures by each of the two sets of texture coordinates.
+    /// Sets of texture coordinates that its textures read: true for each of the two in use.
     #[must_use]
     pub fn uv_sets(&self) -> [bool; 2] {
         let mut sets = [false; 2];

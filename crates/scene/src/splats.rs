@@ -18,7 +18,7 @@ const MAX_COEFFICIENT: f32 = 65504.0;
 /// Largest standard deviation of a splat in object space, in metres.
 pub const MAX_SPLAT_SCALE: f32 = 1e12;
 
-/// How colours of splats are encoded, and in what they are blended with each other.
+/// Colour space in which colours of splats are encoded and blended with each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SplatColorSpace {
     /// sRGB codes divided by 255, as all that is trained on photographs.
@@ -28,7 +28,7 @@ pub enum SplatColorSpace {
     Linear,
 }
 
-/// What splats are sorted by.
+/// Sort key of splats.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SplatOrder {
@@ -60,7 +60,7 @@ pub struct Splat {
 struct Lists {
     positions: Vec<[f32; 3]>,
     scales: Vec<[f32; 3]>,
-    /// Of unit length.
+    /// Unit quaternions (x, y, z, w), from the splat's axes to object space.
     rotations: Vec<[f32; 4]>,
     opacities: Vec<f32>,
     colors: Vec<[f32; 3]>,
@@ -201,12 +201,12 @@ impl SplatCloud {
     pub fn degree(&self) -> u8 {
         self.degree
     }
-    /// How colours are encoded.
+    /// Colour space of the splats' colours.
     #[must_use]
     pub fn color_space(&self) -> SplatColorSpace {
         self.color_space
     }
-    /// What its splats are to be sorted by.
+    /// Sort key of its splats.
     #[must_use]
     pub fn order(&self) -> SplatOrder {
         self.order
@@ -236,7 +236,7 @@ impl SplatCloud {
         let first = index.saturating_mul(count);
         self.lists.harmonics.get(first..first.saturating_add(count)).unwrap_or_default()
     }
-    /// Everything that decides what is drawn, as 32-bit words, splat by splat.
+    /// All that affects the picture, as 32-bit words, splat by splat.
     pub fn words(&self) -> impl Iterator<Item = u32> + '_ {
         let lists = &*self.lists;
         let numbers = [
@@ -250,7 +250,7 @@ impl SplatCloud {
         numbers.chain(lists.harmonics.as_flattened().iter().map(|&bits| u32::from(bits)))
     }
 
-    /// Finds the boxes.
+    /// Computes the bounding boxes.
     fn measure(&mut self) {
         let lists = &*self.lists;
         let mut bounds = Bounds::EMPTY;

@@ -139,13 +139,13 @@ impl Transform {
         &self.rows
     }
 
-    /// Where a point goes.
+    /// Transforms a point.
     #[must_use]
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
         self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
     }
 
-    /// Where a direction goes (no translation, not normalised).
+    /// Transforms a direction (no translation, not normalised).
     #[must_use]
     pub fn direction(&self, d: [f64; 3]) -> [f64; 3] {
         self.rows.map(|r| r[0] * d[0] + r[1] * d[1] + r[2] * d[2])

@@ -4,7 +4,7 @@ use super::lobes::{ColorParameter, ScalarParameter, group};
 use super::parameters::MAX_FACTOR;
 
 group! {
-    /// What a dielectric base lets through in place of reflecting it diffusely. The default is nothing.
+    /// Light that a dielectric base transmits in place of reflecting it diffusely. The default is none.
     Transmission {
         /// Share of the light that is not reflected that passes straight through, refracted; 0 to 1, the texture's red.
         factor: ScalarParameter = ScalarParameter::default(),
@@ -31,8 +31,8 @@ impl Transmission {
         self.thickness.factor > 0.0
     }
 
-    /// What a unit of length of the volume absorbs: -ln(attenuation colour) / attenuation distance. Finite: a channel of
-    /// 0 counts as the least number.
+    /// Extinction per unit of length in the volume: -ln(attenuation colour) / attenuation distance. Finite: a channel
+    /// of 0 counts as the least number.
     #[must_use]
     pub fn extinction(&self) -> [f32; 3] {
         self.attenuation_color.map(|c| {

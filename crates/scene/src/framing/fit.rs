@@ -122,7 +122,7 @@ impl Fit {
 /// Smallest extent in metres of a model that is framed as it is.
 const SMALLEST: f64 = 1e-12;
 
-/// How far points reach beyond the four side planes of a view pyramid that stands at the centre of the scene.
+/// Extent of points beyond the four side planes of a view pyramid that stands at the centre of the scene.
 #[derive(Debug)]
 struct Reach {
     /// For the right, left, upper and lower plane and for the depth: what it measures, as (direction, offset).
@@ -218,7 +218,7 @@ impl Reach {
     }
 }
 
-/// What the five measures are for points of an instance, as (direction, offset).
+/// The five measures as functions of an instance's points, as (direction, offset).
 struct Measures([([f64; 3], f64); 5]);
 
 impl Measures {
@@ -228,7 +228,7 @@ impl Measures {
         d[0] * p[0] + d[1] * p[1] + d[2] * p[2] + offset
     }
 
-    /// How far an ellipsoid with these half axes reaches along measure `k`.
+    /// Half the extent of an ellipsoid with these half axes along measure `k`.
     fn spread(&self, k: usize, axes: &[[f64; 3]; 3]) -> f64 {
         let (d, _) = &self.0[k];
         let along = |axis: &[f64; 3]| d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];

@@ -19,13 +19,13 @@ use crate::{Camera, Projection, Scene};
 use facing::{Estimate, Facing};
 use glam::DVec3;
 
-/// How a camera is placed when the user gives none.
+/// Rules by which a camera is placed when the user gives none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Framing {
     /// From the model towards the camera, any length above 0.
     pub direction: [f32; 3],
-    /// Which way is up.
+    /// Up vector.
     pub up: [f32; 3],
     /// Vertical field of view in radians; ignored when orthographic.
     pub fov_y: f32,

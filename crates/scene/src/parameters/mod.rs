@@ -36,7 +36,7 @@ impl Range {
     pub const UNIT: Self = Self::new(0.0, 1.0);
     /// Anisotropy.
     pub(crate) const SIGNED: Self = Self::new(-1.0, 1.0);
-    /// What has no natural bound.
+    /// Range of factors without a natural bound: 0 to [`MAX_FACTOR`].
     pub const FACTOR: Self = Self::new(0.0, MAX_FACTOR);
 
     /// All values from `low` to `high`.
@@ -63,16 +63,16 @@ impl Range {
     }
 }
 
-/// How a value of a material is read and written.
+/// Getter and setter of a value of a material.
 #[derive(Clone, Copy, Debug)]
 pub struct Access<T> {
-    /// Reads it.
+    /// Reads the value.
     pub get: fn(&Material) -> T,
-    /// Writes it.
+    /// Writes the value.
     pub set: fn(&mut Material, T),
 }
 
-/// What a parameter is.
+/// Kind of a parameter, with its range and access.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
     /// A number.
@@ -105,12 +105,12 @@ pub enum Kind {
 pub struct Slot {
     /// Kind of its texels.
     pub holds: Holds,
-    /// What it multiplies.
+    /// Parameter that the texture multiplies, if any.
     pub factor: Option<&'static Parameter>,
     place: Place,
 }
 
-/// What the channels of a texture are.
+/// Meaning of a texture's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
     /// An sRGB colour; alpha has a meaning of its own, if any.
@@ -136,11 +136,11 @@ enum Place {
 /// Which models read a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum ReadBy {
-    /// All, or what comes before any model.
+    /// All models, or a stage before any model.
     All,
-    /// Those that know that much of a material.
+    /// Models that support the feature.
     Knowing(Feature),
-    /// These.
+    /// The listed models.
     Models(&'static [ShadingModel]),
 }
 
@@ -149,11 +149,11 @@ pub enum ReadBy {
 pub struct Parameter {
     /// Also its key in material files.
     pub name: &'static str,
-    /// What messages call it.
+    /// Name in messages.
     pub(crate) label: &'static str,
     /// Type, range and access.
     pub kind: Kind,
-    /// Of numbers that have one.
+    /// Unit of numbers, empty without one.
     pub unit: &'static str,
     /// Models that read it.
     pub read_by: ReadBy,
@@ -214,7 +214,7 @@ impl Parameter {
         }
     }
 
-    /// How many numbers it is.
+    /// Number of components: 0 for switches, names and textures.
     pub const fn width(&self) -> usize {
         match self.kind {
             Kind::Number(..) => 1,
@@ -263,7 +263,7 @@ impl Slot {
         }
     }
 
-    /// What the alpha of a texture in this place means.
+    /// Meaning of the alpha channel of a texture in this slot.
     pub fn alpha_use(&self, material: &Material) -> AlphaUse {
         match (self.holds, material.alpha_mode) {
             (Holds::Normals, _) => AlphaUse::Normals,
@@ -389,7 +389,8 @@ mod tests {
         }
     }
 
-    /// What is set is what is read, and nothing else of the table changes but what shares the place.
+    /// Each parameter reads back the value that was set, and nothing else of the table changes but parameters that
+    /// share its place.
     #[test]
     fn numbers_have_a_place_of_their_own() {
         for own in workflows() {
