@@ -24,14 +24,14 @@ macro_rules! part {
             /// The part, if it is compiled in.
             #[cfg(not(feature = $feature))]
             pub const BUILT: Option<Self> = None;
-            /// Whether it is compiled in.
+            /// True if it is compiled in.
             pub const IS_BUILT: bool = Self::BUILT.is_some();
         }
     };
 }
 
 part! {
-    /// What is in the way of light, and what surfaces send each other: depth maps, rays, the floor.
+    /// Occlusion and interreflection: depth maps, rays, the floor.
     Shadows, "light"
 }
 part! {

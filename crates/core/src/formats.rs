@@ -7,7 +7,7 @@ pub const LEFT_OUT: &str = "this program was built without it";
 /// A format of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FileFormat {
-    /// What people call it.
+    /// Common name.
     pub name: &'static str,
     /// Extensions of its files, in lower case and without the dot; the usual one comes first.
     pub extensions: &'static [&'static str],

@@ -197,16 +197,16 @@ pub const HEADROOM: u64 = 33 << 20;
 pub struct LimitExceeded {
     /// The element that asked, e.g. `accessor 3` or `image 'wood.png'`.
     pub what: String,
-    /// How much it asked for; `None` if the work was stopped when it passed the limit.
+    /// Amount asked for; `None` if the work was stopped when it passed the limit.
     pub asked: Option<u64>,
-    /// How much is allowed.
+    /// Amount allowed.
     pub limit: u64,
     /// The field of [`Limits`] that says so.
     pub field: &'static str,
 }
 
 impl LimitExceeded {
-    /// Of work that was stopped when it passed the limit.
+    /// Error of work that was stopped when it passed the limit.
     #[must_use]
     #[doc(hidden)]
     pub fn beyond(what: &str, limit: u64, field: &'static str) -> Self {
@@ -225,7 +225,7 @@ impl std::fmt::Display for LimitExceeded {
 }
 
 impl Limits {
-    /// What [`Limits::output_side`] cannot be raised above: the rasterizer's fixed-point positions reach no further.
+    /// Upper bound of [`Limits::output_side`]: the rasterizer's fixed-point positions reach no further.
     pub const LARGEST_OUTPUT_SIDE: u32 = 16384;
 
     /// `Ok` if `asked` is at most `limit`.

@@ -8,7 +8,7 @@ use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 use std::slice::ChunksExact;
 
-/// How linear light becomes a picture for a screen.
+/// Conversion of linear light to a picture for a screen: exposure, tone mapping and background.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct DisplayOptions {
@@ -141,15 +141,15 @@ pub fn is_tinted(&[r, g, b]: &[f32; 3]) -> bool {
     (r - g).abs() > LEAST_TINT || (g - b).abs() > LEAST_TINT || (b - r).abs() > LEAST_TINT
 }
 
-/// What [`DisplayImage::new`] does to pixels, wherever they are.
+/// Per-pixel conversion of [`DisplayImage::new`], for pixels of any memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Developer {
-    /// What light is multiplied by.
+    /// Exposure as a linear factor.
     exposure: f32,
     tone_curve: ToneCurve,
     /// Linear.
     background: Option<[f32; 3]>,
-    /// What pixels without coverage become.
+    /// Output of pixels without coverage, 8-bit sRGB with straight alpha.
     nothing: [u8; 4],
 }
 
@@ -165,7 +165,7 @@ impl Developer {
         }
     }
 
-    /// What pixels without coverage become.
+    /// Output of pixels without coverage, 8-bit sRGB with straight alpha.
     pub fn nothing(&self) -> [u8; 4] {
         self.nothing
     }
@@ -243,12 +243,12 @@ impl Developer {
     }
 }
 
-/// What is put behind pixels, in linear light.
+/// Background of pixels, in linear light.
 #[derive(Clone, Copy)]
 enum Behind<'a> {
     Nothing,
     Color([f32; 3]),
-    /// A colour of which each pixel lets another part of red, green and blue through.
+    /// A colour that pixels transmit in their own share of red, green and blue.
     Tinted([f32; 3], &'a [[f32; 3]]),
 }
 

@@ -1,4 +1,4 @@
-//! What comes out of a render: pixel planes in linear light, and what screens show of them.
+//! Result of a render: pixel planes in linear light, and their display images.
 
 mod display;
 mod meter;
@@ -87,7 +87,7 @@ pub enum Aov {
     Coat,
     /// Thickness of the coat in units of length.
     CoatThickness,
-    /// What the coat lets through at normal incidence, linear.
+    /// Transmittance of the coat at normal incidence, linear.
     CoatColor,
     /// Linear sheen colour.
     SheenColor,
@@ -225,7 +225,7 @@ impl Aov {
     }
 }
 
-/// Where a pixel is in its plane; `None` outside of the picture.
+/// Index of a pixel in its plane; `None` outside of the picture.
 fn position(width: u32, height: u32, x: u32, y: u32) -> Option<usize> {
     if x >= width || y >= height {
         return None;
@@ -262,8 +262,8 @@ impl Frame {
         plane(&self.aovs, aov)
     }
 
-    /// What a plane has in column x of row y: [`Aov::channels`] numbers. `None` outside of the picture, or if the plane was
-    /// not asked for.
+    /// Values of a plane in column x of row y: [`Aov::channels`] numbers. `None` outside of the picture, or if the
+    /// plane was not asked for.
     #[must_use]
     pub fn plane_pixel(&self, aov: Aov, x: u32, y: u32) -> Option<&[f32]> {
         let pixel = position(self.width, self.height, x, y)?;

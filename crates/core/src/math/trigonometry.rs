@@ -53,7 +53,7 @@ pub(super) fn cos<R: Real>(x: R) -> R {
 
 #[inline(always)]
 pub(super) fn acos<R: Real>(x: R) -> R {
-    /// What pi / 2 and pi lack as `f32`.
+    /// Rounding error of pi / 2 as `f32`: the exact value less the rounded one.
     const HALF_PI_LOW: f32 = -4.371_139e-8;
     let magnitude = x.abs().limited(0.0, 1.0);
     let outer = x.constant(0.5).lt(magnitude);
