@@ -41,7 +41,7 @@ impl Bench {
         self.renderer.jobs()
     }
 
-    /// What a model shows of a specimen from `view` degrees off the normal, linear.
+    /// Radiance of a specimen as a model shades it, `view` degrees off the normal, linear.
     ///
     /// # Errors
     /// [`LabError`] if a number is out of its range.

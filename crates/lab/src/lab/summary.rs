@@ -14,10 +14,10 @@ const LIGHTS: [f64; 4] = [-55.0, -10.0, 25.0, 65.0];
 /// Degrees from the mirrored view to light in the lobe.
 const BESIDE_MIRROR: f64 = 12.0;
 
-/// How far one model is from the referee.
+/// Error of one model against the referee.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelError {
-    /// Which.
+    /// Model that is measured.
     pub model: ShadingModel,
     /// Under white light: mean of the signed differences of directional albedos, in shares of the referee's.
     pub bias: f64,
@@ -30,7 +30,7 @@ pub struct ModelError {
     pub worst: (f64, Specimen, f64),
 }
 
-/// What a grid of specimens comes to.
+/// Errors of models over a grid of specimens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Specimens times views.
@@ -41,7 +41,7 @@ pub struct Summary {
     pub noise: f64,
 }
 
-/// What models say of one specimen and view under one light, and what the referee says.
+/// Values of models and referee for one specimen and view under one light.
 struct Case {
     models: Vec<f64>,
     truth: f64,

@@ -47,10 +47,10 @@ const FOUND: [&str; 13] = [
     "sheen_color",
 ];
 
-/// How far two models are from each other: root mean squares of the differences of lightness, 0 to 1.
+/// Distance between two models: root mean squares of the differences of lightness, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distance {
-    /// Of all that was compared, weighted.
+    /// Weighted mean over all measures.
     pub all: f64,
     /// Under white light from everywhere.
     pub white: f64,
@@ -65,13 +65,13 @@ pub struct Distance {
 pub struct Translation {
     /// With the model that it is for. What that does not read has its default.
     pub material: Material,
-    /// How far the material is off as it was, shaded by the other model.
+    /// Distance of the original material, shaded by the other model.
     pub before: Distance,
-    /// How far this one is off.
+    /// Distance of this material.
     pub after: Distance,
 }
 
-/// What is compared, with its weight, and which part of the distance it is.
+/// View and light of a comparison, its weight, and the part of the distance it counts in.
 struct Measure {
     view: f64,
     light: Light,
@@ -122,7 +122,7 @@ impl Translator {
         Ok(Translation { material: best.1, before, after })
     }
 
-    /// How far a material is off, by another model, from what a model makes of another material.
+    /// Distance between a material under a model and another material under another model.
     ///
     /// # Errors
     /// As [`Translator::translate`].
@@ -282,7 +282,7 @@ impl Position {
     }
 }
 
-/// What can be changed of a material for a model.
+/// Parameters of a material that the search may change for a model.
 fn places(material: &Material, model: ShadingModel) -> Vec<Position> {
     // What a material has none of is not put into it to make up for something else.
     let metal = matches!(material.workflow, Workflow::MetallicRoughness { metallic: 1.0, .. });
@@ -318,7 +318,7 @@ fn untextured(material: &Material) -> Material {
     plain
 }
 
-/// What the model does not read, as it is by default.
+/// Material with defaults for the parameters that the model does not read.
 fn without_unread(material: &Material, model: ShadingModel) -> Material {
     let (mut plain, default) = (material.clone(), Material::default());
     for parameter in PARAMETERS {
@@ -345,7 +345,8 @@ fn reads(model: ShadingModel, name: &str) -> bool {
     PARAMETERS.iter().any(|p| p.name == name && p.models().contains(&model))
 }
 
-/// Where descents begin: as it is; with the colour of the coat in the base and in the coat; and from the middle of all.
+/// Start points of the descents: the material as it is; with the colour of the coat in the base and in the coat; and
+/// from the middle of all.
 fn starts(material: &Material, same: &Material) -> Vec<Material> {
     let coat = &material.lobes.coat;
     let passes: [f32; 3] = std::array::from_fn(|c| {

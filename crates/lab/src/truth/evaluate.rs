@@ -16,7 +16,7 @@ use super::walk::{Arrival, Ray, arrive, goes_on, reach, scatter, steepness};
 /// Rays of the walk from `wi` beyond the first. Events further from the end of a path are not found from there.
 const REACH: usize = 16;
 
-/// What [`Stack::evaluate`] finds.
+/// Result of [`Stack::evaluate`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evaluation {
     /// Reflection by the first interface alone (at all its facets, if it has multiple scattering). Without that its variance
@@ -102,7 +102,8 @@ fn connectible(stack: &Stack, at: &Arrival) -> bool {
     at.interface.is_none_or(|k| stack.surfaces[k].spreads())
 }
 
-/// How likely the last event of `ray` was, had it come from where it went to.
+/// Probability of the last event of `ray`, had it come from where it went to; a density by depth if the ray began in a
+/// medium.
 fn reached_back(stack: &Stack, ray: &Ray, distance: f64) -> f64 {
     reach(stack.slab(ray.space), distance, steepness(ray.direction), ray.from_medium)
 }

@@ -15,7 +15,7 @@ pub enum Masking {
     Separable,
 }
 
-/// What a conductor reflects.
+/// Fresnel term of a conductor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum ConductorFresnel {
     /// Index n and extinction k by channel.

@@ -4,7 +4,7 @@ use super::vector::{Channels, Vector, around, dot};
 use overcoat_core::math::double::exp;
 use std::f64::consts::PI;
 
-/// What is between two interfaces: a homogeneous medium that absorbs and scatters.
+/// Homogeneous medium between two interfaces, which absorbs and scatters.
 ///
 /// Only the products of extinction and thickness count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +47,7 @@ impl Slab {
         Self { optical, albedo: medium.albedo, g: medium.anisotropy, clear }
     }
 
-    /// What passes `distance` (in depth) on a way of cosine `mu`, unscattered.
+    /// Transmittance of `distance` (in depth) along a direction of cosine `mu`, unscattered light only.
     pub fn transmittance(&self, distance: f64, mu: f64) -> Channels {
         let [a, b, c] = self.optical;
         if self.clear {

@@ -67,7 +67,7 @@ impl Trial {
         ((bits >> 12) as f64 + 0.5) * (1.0 / 4_503_599_627_370_496.0)
     }
 
-    /// Whether there may be one more event.
+    /// Counts an event; true if there may be one more.
     #[must_use]
     pub fn spend(&mut self) -> bool {
         self.events += 1;
@@ -75,7 +75,7 @@ impl Trial {
         !self.truncated
     }
 
-    /// Whether the walk was given up, so that what came after is missing.
+    /// True if the walk was given up, so that what came after is missing.
     pub fn truncated(&self) -> bool {
         self.truncated
     }

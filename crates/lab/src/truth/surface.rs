@@ -16,14 +16,14 @@ use super::vector::{
 use overcoat_core::math::double::sin_cos;
 use std::f64::consts::FRAC_1_PI;
 
-/// Where light goes on, and whether it could have gone nowhere else.
+/// Direction of scattered light, and whether it is the only one possible.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scattered {
     pub direction: Vector,
     pub delta: bool,
 }
 
-/// One of two ways on, with what goes there.
+/// One of two continuations of a walk, with its weight.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Branch {
     pub scattered: Scattered,
@@ -105,12 +105,12 @@ impl Surface {
         }
     }
 
-    /// Whether light passes in other ways than by reflection.
+    /// True for an interface between dielectrics, whose facets refract light too.
     pub fn is_dielectric(&self) -> bool {
         matches!(self.kind, Kind::Dielectric { .. })
     }
 
-    /// Whether `kernel` is anything but 0.
+    /// True if `kernel` is anything but 0.
     pub fn spreads(&self) -> bool {
         self.ggx.is_some() || matches!(self.kind, Kind::Lambertian { .. })
     }
@@ -163,7 +163,8 @@ impl Surface {
         }
     }
 
-    /// Where light from i goes; `beta` is multiplied by what goes there over the probability of going there.
+    /// Samples the direction of light from i; `beta` is multiplied by the energy in that direction over the
+    /// probability of choosing it.
     pub fn scatter(&self, i: Vector, beta: &mut Channels, trial: &mut Trial) -> Option<Scattered> {
         let from_above = i[2] > 0.0;
         let (i, eta) = (self.local(i, from_above), self.eta(from_above));

@@ -19,12 +19,12 @@ const SEGMENTS: u32 = 192;
 #[derive(Debug)]
 pub struct Engines {
     renderer: Renderer,
-    /// Of each light with a map, made once, so that it is filtered once.
+    /// Environment maps by light, made once, so that each is filtered once.
     maps: Vec<(Sky, EnvironmentSource)>,
 }
 
 impl Engines {
-    /// With that many threads; 0 stands for one per processor.
+    /// Engines on that many threads; 0 stands for one per processor.
     pub fn new(threads: usize) -> Result<Self, LabError> {
         let mut maps = Vec::new();
         for sky in Sky::MAPS {
