@@ -1,4 +1,4 @@
-//! What holds for all pictures of a batch or a service: from options to what workers are told first.
+//! Settings that all pictures of a batch or a service share: from options to the first message to workers.
 
 use crate::key::Keys;
 use overcoat::description::{Description, EnvironmentChoice, MaterialChoice};
@@ -9,17 +9,18 @@ use std::path::{Path, PathBuf};
 /// Bytes of a file that all pictures have in common, at most.
 const LARGEST_FILE: u64 = 1 << 30;
 
-/// What workers are told, and the names of what is made by it.
+/// First message to workers, and content keys of pictures made with it.
 #[derive(Clone, Debug)]
 pub struct Common {
-    /// The first message.
+    /// First message to a worker.
     pub start: Start,
-    /// Names of pictures.
+    /// Content keys of pictures.
     pub keys: Keys,
 }
 
 impl Common {
-    /// Of the options that `overcoat render` has, too. The files that they name are read once, for the keys.
+    /// Settings from the options that `overcoat render` has, too. The files that they name are read once, for the
+    /// keys.
     ///
     /// # Errors
     /// One line.

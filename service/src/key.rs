@@ -4,17 +4,18 @@ use crate::files::Needed;
 use overcoat_cli::worker::protocol::{PictureRequest, Start};
 use serde_json::Value;
 
-/// What two pictures must have in common to be the same.
+/// Content keys: two pictures with the same key have the same bytes.
 ///
-/// BLAKE3 of the renderer's version, of what holds for all pictures (the contents of its files in place of their paths), of the
-/// model, of every file that it refers to, and of the picture's own options. 64 hexadecimal digits.
+/// BLAKE3 of the renderer's version, of the settings of all pictures (the contents of their files in place of the
+/// paths), of the model, of every file that it refers to, and of the picture's own options. 64 hexadecimal digits.
 #[derive(Clone, Debug)]
 pub struct Keys {
     common: blake3::Hasher,
 }
 
 impl Keys {
-    /// Of this program, and of what it tells its workers; `files` are what that refers to, by the paths that stand there.
+    /// Keys for this version of the program and the first message to workers; `files` are the contents of files that
+    /// it refers to, by the paths that stand there.
     #[must_use]
     pub fn new(start: &Start, files: &[(String, Vec<u8>)]) -> Self {
         let mut common = blake3::Hasher::new();

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Bytes of a line at most.
 const LONGEST_LINE: u64 = 1 << 20;
 
-/// Whether a path is that of a manifest, by its name.
+/// True if a path is that of a manifest, by its extension.
 #[must_use]
 pub fn is_manifest(path: &Path) -> bool {
     kind(path).is_some()

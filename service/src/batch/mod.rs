@@ -90,11 +90,11 @@ pub async fn run(args: &BatchArgs) -> Result<u8, (u8, String)> {
     summary(args, &batch.ledger.tally, begun.elapsed(), stopped.load(Relaxed))
 }
 
-/// What pictures were asked for, one after the other.
+/// Requested pictures, one after the other.
 struct Source {
     defaults: Defaults,
     rows: Rows,
-    /// How many there are, where that is known.
+    /// Number of pictures, where that is known.
     count: Option<u64>,
 }
 

@@ -10,7 +10,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Of `ADDRESS/BITS`, or of one address.
+    /// Parses `ADDRESS/BITS`, or one address.
     ///
     /// # Errors
     /// One line.
@@ -26,7 +26,7 @@ impl Network {
         if bits > most { Err(wrong()) } else { Ok(Self { address, bits }) }
     }
 
-    /// Whether an address is in it.
+    /// True if an address is in it.
     #[must_use]
     pub fn contains(&self, address: IpAddr) -> bool {
         match (self.address, address) {
@@ -43,7 +43,7 @@ impl Network {
     }
 }
 
-/// Whether a source may come from an address: it is public, or in one of these networks.
+/// True if a source may have this address: it is public, or in one of these networks.
 #[must_use]
 pub fn is_allowed(address: IpAddr, networks: &[Network]) -> bool {
     // An address in another's clothes is judged as what it leads to.

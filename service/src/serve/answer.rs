@@ -16,7 +16,7 @@ const SIZE: HeaderName = HeaderName::from_static("overcoat-size");
 /// Characters of all warnings at most.
 const LONGEST_WARNINGS: usize = 4000;
 
-/// What of a request the answer depends on.
+/// Parts of a request that the answer depends on.
 #[derive(Debug)]
 pub struct Wishes<'a> {
     /// The method.
@@ -36,7 +36,7 @@ impl Wishes<'_> {
         matches!(*self.method, Method::GET | Method::HEAD)
     }
 
-    /// Whether the client says that it has the picture of a key.
+    /// True if the client states that it has the picture of a key (`If-None-Match`).
     #[must_use]
     pub fn has(&self, key: &str) -> bool {
         let Some(tags) = self.text(header::IF_NONE_MATCH).filter(|_| self.may_be_known()) else {

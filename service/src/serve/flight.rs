@@ -31,7 +31,7 @@ pub struct Lead<T> {
     flights: Flights<T>,
 }
 
-/// What comes of the work.
+/// Receiver of the result.
 pub struct Wait<T>(watch::Receiver<Option<T>>);
 
 impl<T: Clone> Flights<T> {
@@ -55,7 +55,7 @@ impl<T: Clone> Flights<T> {
 }
 
 impl<T> Lead<T> {
-    /// Whether anybody still waits for the result. If not, nobody will: the work is no longer under way.
+    /// True if anybody still waits for the result. If not, nobody will: the work is no longer under way.
     #[must_use]
     pub fn is_wanted(&self) -> bool {
         let mut under_way = self.flights.under_way.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! Who may go on to a worker: so many at a time, so many waiting, and the rest is told to come again.
+//! Admission to the workers: so many at a time, so many waiting, and the rest is told to come again.
 
 use super::error::{Kind, Problem};
 use std::sync::Arc;
@@ -14,9 +14,9 @@ pub struct Gate {
     capacity: usize,
     workers: usize,
     patience: Duration,
-    /// True when those who wait are to be sent away.
+    /// True when waiting requests are to be sent away.
     closed: watch::Sender<bool>,
-    /// Of the work that was done: how often, and microseconds.
+    /// Number of finished works.
     works: AtomicU64,
     micros: AtomicU64,
 }

@@ -124,7 +124,7 @@ pub async fn path(State(app): State<Arc<App>>, request: Request) -> Result<Respo
     Ok(respond(&app, &wishes, &answer))
 }
 
-/// What a path asks for, if it is signed; `before` stands before the signature.
+/// Request of a path, if it is signed; `before` stands before the signature.
 fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
     let whole = uri.path_and_query().map_or("", |path| path.as_str());
     let whole = whole.strip_prefix(before).unwrap_or(whole);

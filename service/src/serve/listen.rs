@@ -17,9 +17,10 @@ use tokio::time::Instant;
 
 /// Bytes of a request's head at most.
 const LARGEST_HEAD: usize = 64 << 10;
-/// How long the listener is asked for connections after the service was told to stop: what the system has accepted is served.
+/// Idle time after which the listener closes once the service was told to stop: connections in the system's queue are
+/// served first.
 const LAST_CALL: Duration = Duration::from_millis(50);
-/// How long that goes on at most, and how long a connection has then to say something.
+/// Upper limit of the time until the listener closes, and time limit for a late connection to send something.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 /// After an error of the system, as when there are no more descriptors.
 const PAUSE: Duration = Duration::from_millis(50);

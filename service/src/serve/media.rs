@@ -1,4 +1,4 @@
-//! What a file is, by its name, its media type and its first bytes. It is not parsed here.
+//! Kind of a file by its name, its media type and its first bytes. It is not parsed here.
 
 use super::error::{Kind, Problem};
 use overcoat::load::Format;
@@ -59,7 +59,7 @@ pub fn extension_of_type(media_type: &str) -> Option<&'static str> {
     found.map(|format| format.extension())
 }
 
-/// Whether bytes of this name and type may be a model.
+/// Checks that bytes of this name and type may be a model.
 ///
 /// # Errors
 /// [`Kind::MediaType`] with what it is.

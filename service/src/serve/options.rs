@@ -1,4 +1,4 @@
-//! What a request may ask for: keys of scene files that read no file, and how the picture is written.
+//! Options that a request may use: keys of scene files that read no file, and the encoding of the picture.
 
 use super::error::{Kind, Problem};
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
@@ -10,24 +10,24 @@ use overcoat_description::DescriptionOption;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// What a service allows.
+/// Rules for the options of requests.
 #[derive(Clone, Debug)]
 pub struct Rules {
-    /// What all pictures have in common.
+    /// Settings that all pictures share.
     pub common: Map<String, Value>,
     /// Limits of the renderer.
     pub limits: Limits,
     /// Pixels of a side.
     pub max_size: u32,
-    /// Format of pictures of which nothing is said.
+    /// Default format of pictures.
     pub format: OutputFormat,
-    /// Quality of JPEG pictures of which nothing is said.
+    /// Default quality of JPEG pictures.
     pub jpeg_quality: Option<u8>,
     /// Options by names.
     pub presets: BTreeMap<String, Vec<(String, String)>>,
 }
 
-/// What a request says.
+/// Options of a request.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     keys: BTreeMap<String, Value>,

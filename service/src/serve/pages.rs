@@ -1,4 +1,4 @@
-//! What is no picture: the page, formats, health, metrics.
+//! Answers that are no picture: the page, formats, health, metrics.
 
 use super::app::App;
 use super::error::{Kind, Problem};
@@ -18,7 +18,7 @@ use std::sync::{Arc, OnceLock};
 
 /// The page: one file that asks for nothing else.
 const PAGE: &str = include_str!("page.html");
-/// Where the page has its shading models.
+/// Placeholder in the page for the list of shading models.
 const SHADING: &str = "SHADING";
 
 /// Nothing but the page's own script and style, and pictures that it was given.

@@ -5,12 +5,12 @@ use super::options::{Options, Rules};
 use overcoat::output::OutputFormat;
 use percent_encoding::percent_decode_str;
 
-/// What a path asks for.
+/// Request that a path stands for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
-    /// How.
+    /// Options of the picture.
     pub options: Options,
-    /// Of which model.
+    /// URL of the model.
     pub source: String,
 }
 
