@@ -1,5 +1,4 @@
-//! Formats of files: their names, extensions and media types. What reads and what writes which is said where it is done, in
-//! terms of these.
+//! Formats of files: their names, extensions and media types. Readers and writers declare theirs in terms of these.
 
 /// Said of a format, or a part of the renderer, that features left out.
 pub const LEFT_OUT: &str = "this program was built without it";

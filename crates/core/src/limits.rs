@@ -38,12 +38,13 @@ pub struct Limits {
     /// every ray that its lobes send, all of it for each shading a pixel. Default 2^13.
     pub shading: u64,
     /// Blocks of 4 x 4 pixels that the triangles of one frame are drawn into, hidden ones included: the rasterizer's
-    /// work. Of the depth maps of what blocks light, sixteens of triangles and of texels, counted apart. Default 2^27.
+    /// work. Depth maps of occluders count groups of sixteen triangles and of sixteen texels, apart from these.
+    /// Default 2^27.
     pub blocks: u64,
     /// Fragments of blended surfaces in one frame, which are kept until their tile is done. Default 2^25.
     pub blend_entries: u64,
-    /// Bytes that drawing one frame takes beside the scene and the picture: objects, vertices and triangles on the screen,
-    /// the tiles' lists of them. Depth maps of what blocks light may take as many again. Default 512 MiB.
+    /// Bytes that drawing one frame takes beside the scene and the picture: objects, vertices and triangles on the
+    /// screen, the tiles' lists of them. Depth maps of occluders may take as many again. Default 512 MiB.
     pub frame_bytes: u64,
     /// Frames of one moving picture. Default 3600.
     pub frames: u64,
@@ -187,7 +188,8 @@ impl Limits {
 /// The field of a [`LimitExceeded`] that is none of [`Limits`]: the system does not give so much memory.
 pub const MEMORY: &str = "memory";
 
-/// Bytes that stay free beside what is asked for. More than the C library of Linux keeps for itself when it is given back.
+/// Bytes that stay free beside the amount asked for. More than the C library of Linux keeps for itself when it is
+/// given back.
 #[doc(hidden)]
 pub const HEADROOM: u64 = 33 << 20;
 
@@ -201,7 +203,7 @@ pub struct LimitExceeded {
     pub asked: Option<u64>,
     /// Amount allowed.
     pub limit: u64,
-    /// The field of [`Limits`] that says so.
+    /// Field of [`Limits`] with the limit.
     pub field: &'static str,
 }
 
@@ -246,9 +248,9 @@ impl Limits {
         }
     }
 
-    /// `Ok` if the system would give so many bytes, and what small things take besides ([`HEADROOM`]): asked before they are
-    /// used, because an allocation that fails ends the process. Where the system promises more than it has, as Linux does
-    /// unless the process has a limit of its own, it always would.
+    /// `Ok` if the system would give so many bytes, and [`HEADROOM`] besides: asked before they are used, because an
+    /// allocation that fails ends the process. Where the system promises more than it has, as Linux does unless the
+    /// process has a limit of its own, it always would.
     ///
     /// # Errors
     /// [`LimitExceeded`] naming the element, with [`MEMORY`] as the field, otherwise.

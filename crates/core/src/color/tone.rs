@@ -1,4 +1,4 @@
-//! Tone curves: scene-referred light to what a display can show.
+//! Tone curves: from scene-referred to display-referred light.
 
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};

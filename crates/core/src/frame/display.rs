@@ -72,7 +72,7 @@ impl DisplayOptions {
 }
 
 impl DisplayOptions {
-    /// The same, with what the meter says of a frame in the exposure, if it is asked.
+    /// The same with the metered exposure of a frame added, if [`DisplayOptions::meter`] is set.
     #[must_use]
     pub fn metered(&self, frame: &Frame) -> Self {
         let exposure = self.exposure + if self.meter { frame.metered_exposure() } else { 0.0 };
@@ -120,7 +120,7 @@ impl DisplayImage {
         rows(&self.pixels, self.width)
     }
 
-    /// All bytes, R G B A for each pixel, row by row from the top without gaps: what encoders and windows take.
+    /// All bytes, R G B A for each pixel, row by row from the top without gaps, as encoders and windows take them.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.pixels.as_flattened()
@@ -133,7 +133,7 @@ impl DisplayImage {
     }
 }
 
-/// Difference between what passes of two colours that is one step of 8 bits.
+/// Difference of two transmittances that is one step of 8 bits.
 const LEAST_TINT: f32 = 1.0 / 255.0;
 
 /// True if a transmittance is not that of grey glass.

@@ -88,7 +88,7 @@ impl Frame {
         for [r, g, b, alpha] in &self.pixels {
             let weight = (alpha * 255.0 + 0.5) as u64;
             let luminance = (0.2126 * r + 0.7152 * g + 0.0722 * b) / alpha;
-            // Neither what is no number nor what is infinite.
+            // Neither NaN nor infinity counts.
             if weight > 0 && (0.0..=f32::MAX).contains(&luminance) {
                 counts[(luminance.to_bits() >> 16) as usize] += weight;
                 all += weight;

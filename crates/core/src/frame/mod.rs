@@ -48,8 +48,9 @@ pub struct Frame {
     pub aovs: Vec<AovPlane>,
 }
 
-/// One G-buffer plane: what the rasterizer saw, averaged over the samples of each pixel that hit a surface. Of splats there are
-/// depth and object, of the one behind which less than half of the light passes, and coverage.
+/// One G-buffer plane: an attribute of the visible surfaces, averaged over the samples of each pixel that hit a
+/// surface. Of splats there are depth and object, of the one behind which less than half of the light passes, and
+/// coverage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AovPlane {
     /// Which quantity.

@@ -107,8 +107,8 @@ impl<'a> Target<'a> {
         (self.format, self.region)
     }
 
-    /// The part of a picture of that size that it holds: first column and row, and the ends. An error says what does not fit, its
-    /// value and what it may be.
+    /// The part of a picture of that size that it holds: first column and row, and the ends. An error names the
+    /// quantity that does not fit, its value and the range allowed.
     pub fn fit(&self, size: [u32; 2]) -> Result<[u32; 4], (&'static str, String, &'static str)> {
         let [left, top, width, height] = self.region.unwrap_or([0, 0, size[0], size[1]]);
         let ends = [left.checked_add(width), top.checked_add(height)];

@@ -63,7 +63,7 @@ pub(super) fn acos<R: Real>(x: R) -> R {
     let tail = s * z * z.polynomial([0.166_667_52, 0.074_952_98, 0.045_470_346, 0.024_179_65, 0.042_166_09]);
     let negative = R::bit_set(x.bits(), 31);
     let half_pi = x.constant(FRAC_PI_2);
-    // The tail takes what the leading sum rounds away.
+    // The tail adds the rounding error of the leading sum.
     let signed_s = R::select(negative, -s, s);
     let signed_tail = R::select(negative, -tail, tail);
     let leading = half_pi - signed_s;

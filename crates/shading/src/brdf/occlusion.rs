@@ -175,7 +175,7 @@ pub struct BentNormalTilt<L: Lanes> {
 /// Specular occlusion of StackLit by intersecting cones, `GetSpecularOcclusionFromBentAOConeCone` of
 /// hd/SPTDistribution. Up to 1 but for rounding.
 ///
-/// `perceptual_roughness` is what the original calls so; StackLit passes an alpha.
+/// `perceptual_roughness` has the name of the original; StackLit passes an alpha.
 #[inline(always)]
 pub fn specular_occlusion_cone_cone_tilted<L: Lanes>(
     l: L,
@@ -204,7 +204,7 @@ pub fn specular_occlusion_cone_cone_tilted<L: Lanes>(
 }
 
 /// Horizon occlusion, `GetHorizonOcclusion` (core/CommonLighting; Russell 2015): fades reflections that point below
-/// the vertex normal's horizon. `fade` is how fast, 1 to 2 usually.
+/// the vertex normal's horizon. `fade` is the slope of the fade, usually 1 to 2.
 #[inline(always)]
 pub fn horizon_occlusion<L: Lanes>(
     _: L,

@@ -141,7 +141,7 @@ impl<const N: usize> Table<N> {
         })
     }
 
-    /// The two texels about a parameter and how far it is from the first to the second.
+    /// The two texels about a parameter, and the weight of the second.
     #[inline(always)]
     fn position<L: Lanes>(&self, l: L, u: L::F, size: usize) -> (L::I, L::I, L::F) {
         let last = (size - 1) as f32;

@@ -30,7 +30,7 @@
 //!
 //! **Beyond the original** (what the original can express changes by rounding at most):
 //! * Lanes with a coat mask of exactly 0 keep the bits of a material without coat (as long as N.V is at least 1e-4,
-//!   if there is iridescence). What a fragment looks like can therefore not depend on whether its neighbours in the
+//!   if there is iridescence). The colour of a fragment can therefore not depend on whether its neighbours in the
 //!   vector have a coat.
 //! * Any dielectric F0 in the metallic workflow, see [`Reflectance::Metallic`].
 //! * A view along an anisotropic grain is no 0 / 0, see [`anisotropic_normal_and_roughness`], and an anisotropic lobe
@@ -434,9 +434,9 @@ impl<L: Lanes> DirectLighting<L> {
 
 /// One light, `ShadeSurface_Infinitesimal` and `ShadeSurface_Punctual`.
 ///
-/// `light` is the unit vector to it, `irradiance` what it delivers at normal incidence (with distance, cone and shadow
-/// applied), `min_roughness` as in [`evaluate_bsdf`]: HDRP derives it from the light's size; 1/1024 is
-/// the least with which polished surfaces show a highlight.
+/// `light` is the unit vector to it, `irradiance` that at normal incidence (with distance, cone and shadow applied),
+/// `min_roughness` as in [`evaluate_bsdf`]: HDRP derives it from the light's size; 1/1024 is the least with which
+/// polished surfaces show a highlight.
 #[inline(always)]
 pub fn direct<L: Lanes>(
     l: L,
@@ -542,7 +542,7 @@ pub fn baked_diffuse<L: Lanes>(_: L, surface: &Surface<L>, baked_gi: V3<L>) -> V
 /// HDRP's `LightLoopOutput`: reflected radiance in two parts.
 #[derive(Clone, Copy)]
 pub struct LightLoopOutput<L: Lanes> {
-    /// Diffuse, and what the surface emits.
+    /// Diffuse reflection, and emission.
     pub diffuse: V3<L>,
     /// Specular.
     pub specular: V3<L>,
@@ -550,7 +550,8 @@ pub struct LightLoopOutput<L: Lanes> {
 
 /// All light together, `PostEvaluateBSDF`.
 ///
-/// `direct` is the sum over the lights, `environment` what [`environment`] gave, `baked_gi` the irradiance over pi.
+/// `direct` is the sum over the lights, `environment` the result of [`environment`], `baked_gi` the irradiance over
+/// pi.
 #[inline(always)]
 pub fn compose<L: Lanes>(
     l: L,

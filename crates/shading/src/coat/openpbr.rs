@@ -274,7 +274,7 @@ pub struct Surface<L: Lanes> {
     specular_color: V3<L>,
     /// Base colour times weight: the albedo of the Lambert part and F0 of the metal.
     pub base_color: V3<L>,
-    /// Index of the dielectric base relative to what lies above.
+    /// Index of the dielectric base relative to the layer above.
     pub eta: L::F,
     /// F0 of that.
     pub f0: L::F,
@@ -626,8 +626,8 @@ impl<L: Lanes> Lobes<L> {
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` what it delivers at normal incidence: irradiance with distance,
-/// cone and shadow applied.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with distance, cone and
+/// shadow applied.
 #[inline(always)]
 pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);

@@ -247,7 +247,7 @@ pub fn specular_brdfs<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>) ->
     (base, coat)
 }
 
-/// One light, `RE_Direct_Physical`: what the parts reflect of it.
+/// One light, `RE_Direct_Physical`: its reflection by lobe.
 ///
 /// `direction` is the unit vector to the light, `color` its colour in `units`.
 #[inline(always)]
@@ -353,7 +353,7 @@ pub fn coat_environment_brdf<L: Lanes>(l: L, coat: &CoatSurface<L>) -> L::F {
     scale * DEFAULT_SPECULAR + bias
 }
 
-/// `RE_IndirectDiffuse_Physical` and `RE_IndirectSpecular_Physical`: what the parts reflect of the surroundings.
+/// `RE_IndirectDiffuse_Physical` and `RE_IndirectSpecular_Physical`: reflection of the surroundings by lobe.
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>) -> Terms<L> {
     let (single, multi) = multiscattering_environment(l, surface);

@@ -12,14 +12,14 @@
 //! E = E / pi, and `baked_gi` is the irradiance of the environment divided by pi (the colour that a white
 //! Lambert surface would show). The environment itself is radiance.
 //!
-//! **Physics.** A GGX-like base lobe over Lambert under one smooth dielectric layer of F0 0.04. The coat dims
-//! what lies beneath by its Fresnel reflectance on the way out only (Schlick with exponent 4, of the view
-//! angle, also for direct light); it neither absorbs nor refracts. Left out: light lost between microfacets,
-//! interreflection between the layers, the Fresnel increase of the base's direct highlights towards grazing
-//! angles. Measured in `tests/energy.rs`: of the light of one direction, a white metal of smoothness 0, 0.5
-//! and 0.8 reflects 0.2 to 0.33, 1.0 to 1.1 and 1.74 to 1.81 of what falls in (twice as much as a mirror in
-//! the limit); under a white environment a surface shows at most 1 from the front, 2 at the silhouette and
-//! 1.067 in the mean over all views. Only the base alone is reciprocal.
+//! **Physics.** A GGX-like base lobe over Lambert under one smooth dielectric layer of F0 0.04. The coat dims the
+//! layers beneath by its Fresnel reflectance on the way out only (Schlick with exponent 4, of the view angle, also for
+//! direct light); it neither absorbs nor refracts. Left out: light lost between microfacets, interreflection between
+//! the layers, the Fresnel increase of the base's direct highlights towards grazing angles. Measured in
+//! `tests/energy.rs`: of the light of one direction, a white metal of smoothness 0, 0.5 and 0.8 reflects 0.2 to 0.33,
+//! 1.0 to 1.1 and 1.74 to 1.81 of what falls in (twice as much as a mirror in the limit); under a white environment a
+//! surface shows at most 1 from the front, 2 at the silhouette and 1.067 in the mean over all views. Only the base
+//! alone is reciprocal.
 //!
 //! **Beyond the original** (what the original can express changes by rounding at most):
 //! * Lanes with a coat mask of exactly 0 keep the bits of a material without coat. (The original takes the

@@ -80,8 +80,8 @@ fn refract<L: Lanes>(l: L, incident: V3<L>, normal: V3<L>, eta: L::F) -> V3<L> {
     Vec3::select(refracts, incident * eta - normal * along, Vec3::zero(l))
 }
 
-/// `computeClearCoatAbsorption`: what is left of light that crosses the medium at this cosine, above 0, and at that of the
-/// view.
+/// `computeClearCoatAbsorption`: transmittance for light that crosses the medium at this cosine, above 0, and at that
+/// of the view.
 #[inline(always)]
 pub(super) fn absorption<L: Lanes>(
     l: L,

@@ -44,7 +44,7 @@ pub struct CoatLobe<L: Lanes> {
     pub visibility: L::F,
     /// The light that the lobe reflects, before the energy factor.
     pub lobe: V3<L>,
-    /// 1 - the Fresnel term: what the lobe leaves to the base.
+    /// 1 - the Fresnel term: the transmittance for light of the base.
     pub attenuation: L::F,
     /// Cosine of the light inside the coat; 0 for a clear coat.
     pub n_dot_l_refract: L::F,
@@ -220,7 +220,7 @@ fn coat_lobe<L: Lanes>(
     }
 }
 
-/// One light: what each lobe reflects of it.
+/// One light: its reflection by lobe.
 ///
 /// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `extent` its radius over its
 /// distance, 0 or more.

@@ -5,16 +5,16 @@
 //! (`OpenPBRMaterial`) is a different model and not here.
 //!
 //! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the
-//! environment; the sum is the reflected radiance. What the material emits is added as it is: the coat does not dim it.
+//! environment; the sum is the reflected radiance. Emission is added as it is: the coat does not dim it.
 //!
 //! **Radiometry.** The result is radiance for lights in irradiance at normal incidence: the Lambert term is
 //! `color / pi`. The environment is radiance; its irradiance is given over pi (what a white Lambert surface would show).
 //!
-//! **Physics.** GGX over a diffuse lobe ([`DiffuseModel`]: EON by default, which is Lambert without diffuse roughness),
-//! the highlight scaled for light that scatters between microfacets. On top a dielectric of any index with a medium that
-//! absorbs ([`Tint`], Beer-Lambert along the refracted paths). The coat dims what lies beneath by its Fresnel reflectance,
-//! once: for lights at the half vector, for the environment at the view. F0 of the base under the coat is that of the
-//! new interface if [`Coat::remaps_f0`].
+//! **Physics.** GGX over a diffuse lobe ([`DiffuseModel`]: EON by default, which is Lambert without diffuse
+//! roughness), the highlight scaled for light that scatters between microfacets. On top a dielectric of any index with
+//! a medium that absorbs ([`Tint`], Beer-Lambert along the refracted paths). The coat dims the layers beneath by its
+//! Fresnel reflectance, once: for lights at the half vector, for the environment at the view. F0 of the base under the
+//! coat is that of the new interface if [`Coat::remaps_f0`].
 //!
 //! **Quirks** of the original, all kept:
 //! * Diffuse light is dimmed by the constant 1 - F0 only, not by what the highlight takes ([`Options::legacy_energy`], the
@@ -63,7 +63,7 @@ use overcoat_core::math::pow;
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 
-/// Irradiance is what a light's colour means.
+/// Colour that the model expects of a light per unit of irradiance at normal incidence: the irradiance itself.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
 
 /// `light.radius` by default, in units of length.
@@ -75,7 +75,7 @@ const EPSILON: f32 = 1e-7;
 /// `MINIMUMVARIANCE`: added to every alpha.
 const MINIMUM_VARIANCE: f32 = 0.0005;
 
-/// Least albedo that energy factors divide by; what is read for real roughness is above 0.3.
+/// Least albedo that energy factors divide by; the table is above 0.3 for real roughness.
 const LEAST_ALBEDO: f32 = 1e-3;
 
 /// The diffuse lobe of the base.
@@ -358,7 +358,7 @@ pub fn surface<L: Lanes>(
     surface_with_lookups(l, options, data, normal, view, lookups.as_ref())
 }
 
-/// [`surface`] with what was fetched of the table.
+/// [`surface`] with the texels of the table.
 #[inline(always)]
 pub fn surface_with_lookups<L: Lanes>(
     l: L,

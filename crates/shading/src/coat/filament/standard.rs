@@ -37,7 +37,7 @@ use std::f32::consts::FRAC_1_PI;
 /// F0 of the coat.
 const COAT_F0: f32 = 0.04;
 
-/// Least y of the DFG table; what is read for real roughness is above 0.27.
+/// Least y of the DFG table; the table is above 0.27 for real roughness.
 const LEAST_DFG: f32 = 1e-3;
 
 /// The clear coat of a material.
@@ -254,7 +254,7 @@ pub struct Surface<L: Lanes> {
     pub sheen_scaling: L::F,
 }
 
-/// Adds what was read from the DFG table: `dfg` at [`Parameters::dfg_coordinates`], `sheen_dfg` the z at N.V and the
+/// Adds the texels of the DFG table: `dfg` at [`Parameters::dfg_coordinates`], `sheen_dfg` the z at N.V and the
 /// roughness of the cloth (of no effect without).
 #[inline(always)]
 pub fn surface<L: Lanes>(l: L, parameters: &Parameters<L>, dfg: V3<L>, sheen_dfg: L::F) -> Surface<L> {

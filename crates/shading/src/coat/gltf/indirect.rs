@@ -74,8 +74,9 @@ pub struct Environment<L: Lanes> {
     pub sheen_radiance: V3<L>,
 }
 
-/// `getIBLGGXFresnel`: reflectance for prefiltered radiance (`ggx`: scale and bias of [`super::Tables::brdf`]), with what bounces more than once between the microfacets.
-/// Fdez-Aguera, "A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting" (JCGT 2019).
+/// `getIBLGGXFresnel`: reflectance for prefiltered radiance (`ggx`: scale and bias of [`super::Tables::brdf`]), with
+/// the light of further bounces between the microfacets. Fdez-Aguera, "A Multiple-Scattering Microfacet Model for
+/// Real-Time Image-based Lighting" (JCGT 2019).
 #[inline(always)]
 pub fn ibl_ggx_fresnel<L: Lanes>(
     l: L,

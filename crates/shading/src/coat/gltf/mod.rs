@@ -48,7 +48,7 @@ use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::V3;
 
-/// Irradiance is what a light's colour means.
+/// Colour that the model expects of a light per unit of irradiance at normal incidence: the irradiance itself.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
 
 /// Source of the coat's F0.
@@ -130,7 +130,7 @@ pub struct CoatSurface<L: Lanes> {
     pub normal: V3<L>,
     /// N.V, saturated.
     pub n_dot_v: L::F,
-    /// Factor times Fresnel reflectance for the view: how much of the coat is seen in place of what is beneath.
+    /// Factor times Fresnel reflectance for the view: share of the coat in the blend with the layers beneath.
     pub weight: L::F,
 }
 
@@ -316,7 +316,7 @@ fn film_surface<L: Lanes>(l: L, film: &Iridescence<L>, n_dot_v: L::F, bases: [V3
     FilmSurface { factor, dielectric, metallic }
 }
 
-/// [`surface`] with what was fetched of the tables.
+/// [`surface`] with the texels of the tables.
 #[inline(always)]
 pub fn surface_with_lookups<L: Lanes>(
     l: L,

@@ -57,7 +57,7 @@ pub struct LayeredLobe<L: Lanes> {
     pub roughness: [L::F; 2],
 }
 
-/// The stack as one surface: what the rest of the model needs of it.
+/// The stack as one surface, for the rest of the model.
 #[derive(Clone, Copy)]
 pub struct Layers<L: Lanes> {
     /// Reflectance of the coat (`vLayerEnergyCoeff[TOP]`).

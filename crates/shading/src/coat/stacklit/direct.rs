@@ -246,7 +246,7 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
     }
 }
 
-/// One light: what of it leaves towards the viewer. Zero in lanes that it cannot reach.
+/// One light: its reflection towards the viewer. Zero in lanes that it cannot reach.
 #[inline(always)]
 pub fn direct<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Lighting<L> {
     let zero = l.zero();

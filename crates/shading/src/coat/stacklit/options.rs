@@ -68,7 +68,7 @@ pub struct SpecularOcclusion {
     pub data: DataOcclusion,
 }
 
-/// Switches of the shader. [`Options::default`] is what a material has unless its author changes it.
+/// Switches of the shader. [`Options::default`] holds the defaults of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Which text.
@@ -94,7 +94,7 @@ pub struct Options {
     /// The image will be blurred by the profile: albedo is taken out (or its root is) as the profile demands. Off,
     /// the diffuse colour stays whole.
     pub subsurface_scattering: bool,
-    /// While a probe is captured: how much of the metals' lost diffuse light is replaced by their F0
+    /// While a probe is captured: share of the metals' lost diffuse light that is replaced by their F0
     /// (`_ReplaceDiffuseForIndirect`), 0 to 1.
     pub replace_diffuse_for_indirect: f32,
     /// Lanes with a coat mask of exactly 0 are those of a material without coat, bit for bit. Off, as in the

@@ -1,6 +1,6 @@
 //! StackLit's surface data: material, frame and occlusion, for sixteen fragments.
 //!
-//! Features of a material are `Option`s, one for all lanes: what is `None` costs nothing.
+//! Features of a material are `Option`s, one for all lanes: one that is `None` costs nothing.
 
 use overcoat_core::math::lanes::{Float, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
@@ -138,7 +138,7 @@ pub struct Occlusion<L: Lanes> {
     pub custom: L::F,
     /// Tilt of bent normals: share of the hemisphere below which a point counts as occluded (0.2 by default).
     pub tilt_threshold: L::F,
-    /// Tilt of bent normals: how fast it sets in (1 by default).
+    /// Tilt of bent normals: slope below the threshold (1 by default).
     pub tilt_strength: L::F,
 }
 

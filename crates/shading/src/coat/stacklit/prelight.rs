@@ -166,9 +166,9 @@ struct BaseSeen<L: Lanes> {
     layers: Layers<L>,
     /// Cosine with the view where the base is looked up.
     n_dot_v: L::F,
-    /// F0 that is looked up: the base's own, the film's, what the coat leaves.
+    /// F0 of the lookup: the base's own, the film's, or that seen through the coat.
     fgd_fresnel0: V3<L>,
-    /// Reflectance between the folds of the surface.
+    /// Reflectance for the interreflections of multi-bounce occlusion.
     tint: V3<L>,
 }
 

@@ -1,8 +1,8 @@
-//! Subsurface scattering and transmission: what StackLit takes from a diffusion profile.
+//! Subsurface scattering and transmission, as far as StackLit takes them from a diffusion profile.
 //!
-//! Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", 2015, and Golubev,
-//! "Efficient Screen-Space Subsurface Scattering Using Burley's Normalized Diffusion", 2018. The blur itself is not
-//! part of the shading model: the diffuse part of its result is what a blur would take.
+//! Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", 2015, and Golubev, "Efficient
+//! Screen-Space Subsurface Scattering Using Burley's Normalized Diffusion", 2018. The blur itself is not part of the
+//! shading model: the diffuse part of its result is the input of a blur.
 
 use super::options::{Options, Version};
 use super::parameters::{DiffusionProfile, Scattering, Transmission};

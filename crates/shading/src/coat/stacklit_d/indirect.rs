@@ -129,7 +129,7 @@ fn uncoated<L: Lanes>(_: L, surface: &Surface<L>, seen: &Seen<L>, diffuse: V3<L>
     diffuse * seen.left * back.one_minus() * inside + specular * seen.albedo
 }
 
-/// The base beneath a coat: even light and what is in the lobe, with all bounces.
+/// The base beneath a coat: even light and that in the lobe, with all bounces.
 #[inline(always)]
 fn through<L: Lanes>(_: L, coat: &Coated<L>, diffuse: V3<L>, specular: V3<L>) -> V3<L> {
     let trapped = &coat.trapped;

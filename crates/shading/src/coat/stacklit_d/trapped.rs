@@ -41,7 +41,7 @@ fn even_light_after<L: Lanes>(l: L, x: L::F) -> L::F {
 /// Sums of the bounces between one coat and one base, before they are weighted by the directions of light and view.
 #[derive(Clone, Copy)]
 pub(super) struct Trapped<L: Lanes> {
-    /// Variance of slopes that decides what is mirrored beyond the cone.
+    /// Variance of slopes that decides the share mirrored beyond the cone.
     variance: L::F,
     /// Cosine and sine at the edge of the cone.
     edge: [L::F; 2],

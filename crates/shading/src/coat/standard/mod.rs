@@ -1,10 +1,10 @@
-//! The model of the house: what files mean that name no other. Metallic-roughness with the extensions of glTF, put
-//! together of the parts that come nearest to a path tracer where nothing is known of what blocks the light.
+//! The model of the house, for files that name no other. Metallic-roughness with the extensions of glTF, put together
+//! of the parts that come nearest to a path tracer where the occluders of light are unknown.
 //!
-//! Source: no engine's. GGX with height-correlated shadowing (Heitz 2014) and Schlick's Fresnel term over Lambert; sheen
-//! (Charlie, Estevez and Kulla 2017, with Neubelt's visibility), a thin film (Belcour and Barla 2017, as in glTF's
-//! extension) and a coat of index 1.5 above. The layers are put together as in three.js r187 and in the principled
-//! material of Blender's Cycles: what lies beneath one is dimmed by its directional albedo for the view.
+//! Source: no engine's. GGX with height-correlated shadowing (Heitz 2014) and Schlick's Fresnel term over Lambert;
+//! sheen (Charlie, Estevez and Kulla 2017, with Neubelt's visibility), a thin film (Belcour and Barla 2017, as in
+//! glTF's extension) and a coat of index 1.5 above. The layers are put together as in three.js r187 and in the
+//! principled material of Blender's Cycles: the layers beneath one are dimmed by its directional albedo for the view.
 //!
 //! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the
 //! environment; the sum is the reflected radiance. What the material emits passes the coat:
@@ -61,7 +61,7 @@ use overcoat_core::math::pow;
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 
-/// Irradiance is what a light's colour means.
+/// Colour that the model expects of a light per unit of irradiance at normal incidence: the irradiance itself.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
 
 /// F0 of the coat: an index of 1.5.
@@ -351,7 +351,7 @@ fn base<L: Lanes>(l: L, data: &SurfaceData<L>, n_dot_v: L::F, albedos: [L::F; 2]
         let [on_dielectric, on_metal] = eval_iridescence(l, SchlickWeight::Power, &film, n_dot_v, &bases);
         dielectric = filmed(l, &dielectric, on_dielectric, factor);
         metal = filmed(l, &metal, on_metal, factor);
-        // What no channel reflects: interference takes nothing away.
+        // The share that no channel reflects: interference takes nothing away.
         let rest = Vec3::uniform(dielectric.albedo(l).max_component().one_minus());
         beneath = beneath.lerp(rest, factor);
     }
