@@ -77,7 +77,7 @@ impl Camera {
         Self::new(eye, target, unit("camera up", up)?, projection, Self::usual_near(eye, target)).checked()
     }
 
-    /// The camera, moved with what it belongs to; distances are scaled as lengths are.
+    /// The camera, moved by a transform; distances are scaled as lengths are.
     ///
     /// # Errors
     /// [`SceneError`] if it then spans no view, or a number of it is not finite or out of its range.
@@ -174,7 +174,7 @@ impl Camera {
         within("camera target", &self.target, -far, far)?;
         finite("camera up", &self.up)?;
         within("camera near distance", &[self.near], Self::MIN_NEAR, far)?;
-        // False of what is no number, too.
+        // False of NaN, too.
         let is_beyond = self.far > self.near;
         if !is_beyond {
             return Err(SceneError::OutOfRange { what: "camera far distance", limit: self.near });

@@ -1,8 +1,8 @@
 //! Lazy images: decoded once it is known which rows are visible.
 //!
 //! Of each form of such an image, the rows of each level that pictures have asked for are kept: the same texels that
-//! [`Texture::new`] makes of the whole image, made while its rows are decoded. Pictures say which rows they read
-//! ([`Form::want`]), and whoever draws them sees to it that these are there ([`LazyImage::provide`]).
+//! [`Texture::new`] makes of the whole image, made while its rows are decoded. Pictures ask for the rows they read
+//! ([`Form::want`]), and the renderer makes these resident before it draws ([`LazyImage::provide`]).
 
 use super::mipmap::Chain;
 use super::parameters::{EMISSIVE_TEXTURE, slots};
@@ -226,7 +226,7 @@ impl LazyImage {
         {
             for (of, texture) in lacking.iter().zip(made) {
                 let mut kept = lock(&of.form.state().texture);
-                // Another picture of the scene may have asked for more in the meantime: what was asked for stays asked for.
+                // Another picture of the scene may have asked for more in the meantime: requests are never withdrawn.
                 if kept.as_ref().is_none_or(|kept| kept.band_count() < texture.band_count()) {
                     *kept = Some(texture);
                 }
@@ -244,7 +244,7 @@ impl LazyImage {
     /// Textures with the rows that are lacking, and those that were there. `None` if the image is not sound.
     fn stream(&self, lacking: &[Lacking<'_>], raw: &mut Vec<u8>) -> Option<Vec<Texture>> {
         let is_normals = |of: &Lacking<'_>| of.form.state().alpha == AlphaUse::Normals;
-        // Whether some texel has alpha decides about what normals have in its place.
+        // The alpha of normals depends on whether some texel has alpha.
         let needs_all = !self.opaque && lacking.iter().any(is_normals);
         let mut opaque = true;
         let mut made = lacking.iter().map(|of| of.start(true)).collect::<Vec<_>>();
@@ -274,7 +274,7 @@ impl LazyImage {
     }
 }
 
-/// A texture that lacks what was asked for.
+/// A texture that lacks bands that were asked for.
 struct Lacking<'a> {
     texture: &'a Texture,
     form: &'a Form,
@@ -334,7 +334,7 @@ impl Scene {
     }
 }
 
-/// Puts other textures in the places of those that a material reads; those that become none are left out.
+/// Replaces the textures that a material reads; those that become none are left out.
 pub fn settle(material: &mut Material, other: &dyn Fn(TextureId) -> Option<TextureId>) {
     for (parameter, slot) in slots() {
         let Some(&read) = slot.get(material) else { continue };

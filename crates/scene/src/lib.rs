@@ -1,8 +1,8 @@
-//! The resolved scene: what is to be drawn, valid by construction.
+//! The resolved scene: all that is drawn, valid by construction.
 //!
-//! A [`Scene`] is filled by a loader or by hand through its `add_*` methods. Each checks what it takes (lengths,
-//! index ranges, finite numbers, ids that exist), so that no later stage has to: the renderer cannot meet malformed
-//! input. World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
+//! A [`Scene`] is filled by a loader or by hand through its `add_*` methods. Each checks its input (lengths, index
+//! ranges, finite numbers, ids that exist), so that no later stage has to: the renderer cannot meet malformed input.
+//! World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
 
 mod bounds;
 mod camera;
@@ -69,8 +69,8 @@ macro_rules! id {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub struct $name(pub(crate) u32);
         impl $name {
-            /// The name of what is at a position of a scene's list. Nothing is there to hold it against: the scene that it is
-            /// used with says if there is no such thing.
+            /// Id of the element at a position of a scene's list. It is not checked here, but by the scene that it is
+            /// used with.
             #[must_use]
             pub const fn from_index(index: u32) -> Self {
                 Self(index)
@@ -247,7 +247,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds a light. Its direction may have any length but zero: what [`Scene::lights`] has is a unit vector.
+    /// Adds a light. Its direction may have any length but zero; that in [`Scene::lights`] is a unit vector.
     ///
     /// # Errors
     /// [`SceneError`] if a number of it is not finite or out of its range; [`SceneError::NoLength`] if its direction is
@@ -303,7 +303,7 @@ impl Scene {
         self.lighting
     }
 
-    /// Names what it is made of.
+    /// Name of its state: textures, materials, meshes and where they are.
     pub fn revision(&self) -> Revision {
         self.revision
     }

@@ -61,7 +61,7 @@ pub enum LightKind {
     Tube {
         /// World-space ends of its axis in metres.
         ends: [[f32; 3]; 2],
-        /// Radius in metres; small against its distance from what it shines on.
+        /// Radius in metres; small against its distance from the surfaces that it lights.
         radius: f32,
     },
 }
@@ -134,8 +134,8 @@ impl Light {
 }
 
 impl Light {
-    /// The light, moved with what it belongs to. Its range, the radius of a tube and the sides of a rectangle are scaled as lengths
-    /// are; its intensity stays.
+    /// The light, moved by a transform. Its range, the radius of a tube and the sides of a rectangle are
+    /// scaled as lengths are; its intensity stays.
     ///
     /// # Errors
     /// [`SceneError`] if a number of it would not be finite or leave its range.

@@ -133,8 +133,8 @@ group! {
 }
 
 group! {
-    /// Light in and through the base: HDRP's diffusion profile as StackLit reads it. Light is not spread over the surface;
-    /// what remains is the profile's F0, its texturing mode and transmission.
+    /// Light in and through the base: HDRP's diffusion profile as StackLit reads it. Light is not spread over the
+    /// surface; the rest is the profile's F0, its texturing mode and transmission.
     Subsurface {
         /// 0 none to 1 full.
         mask: ScalarParameter = ScalarParameter::default(),

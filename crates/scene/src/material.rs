@@ -40,7 +40,7 @@ pub enum AlphaMode {
         /// Threshold; above 1 nothing is present.
         cutoff: f32,
     },
-    /// Blended over what is behind it.
+    /// Blended over the surfaces behind it.
     Blend,
 }
 
@@ -184,7 +184,7 @@ impl Material {
         slots().filter_map(|(_, slot)| slot.get(self))
     }
 
-    /// The same with other textures in the places of those that it reads.
+    /// The same with replacements of the textures that it reads.
     #[must_use]
     pub fn with_textures(mut self, other: impl Fn(TextureId) -> TextureId) -> Self {
         for (_, slot) in slots() {
@@ -225,13 +225,14 @@ impl Material {
         }
     }
 
-    /// True if light passes straight through the surface: it is drawn after all others, and what is behind it shows.
+    /// True if light passes straight through the surface: it is drawn after all others, and surfaces behind it show
+    /// through.
     #[must_use]
     pub fn is_transmissive(&self) -> bool {
         !self.unlit && self.lobes.transmission.factor.factor > 0.0
     }
 
-    /// True if what is behind it is seen refracted or blurred, and not just dimmed.
+    /// True if surfaces behind it are seen refracted or blurred, and not just dimmed.
     #[must_use]
     pub fn refracts(&self) -> bool {
         let smooth = match self.workflow {

@@ -101,7 +101,8 @@ impl Mesh {
             let vertex = data.triangles[triangle].iter().copied().fold(0, u32::max);
             SceneError::IndexOutOfRange { triangle, vertex, vertices }
         })?;
-        // The box is of what is drawn: vertices without a triangle do not count, nor do those of triangles without area.
+        // The box is that of the visible primitives: vertices without a triangle do not count, nor do those of
+        // degenerate triangles.
         let mut bounds = extent::bounds(&data.positions, &data.triangles, &used);
         if let Some(seen) = seen::vertices(&data, &bounds) {
             bounds = extent::bounds(&data.positions, &data.triangles, &seen);

@@ -389,8 +389,8 @@ fn descend<M: Meaning>(stages: &mut [Stage], row: &[Sum], kept: &mut Kept<'_>) {
     }
 }
 
-/// The row that two rows of an image of even size make: what a [`Stage`] would make of them one after the other, with the
-/// same bits, but nothing is kept between. Three quarters of all texels pass here.
+/// The row that two rows of an image of even size make, as a [`Stage`] would make it of them one after the other, with
+/// the same bits, but nothing is kept between. Three quarters of all texels pass here.
 fn halve<M: Meaning>(upper: &[[u8; 4]], lower: &[[u8; 4]], row: &mut [Sum]) {
     let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
     for (to, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
@@ -459,8 +459,8 @@ impl Meaning for Normals {
         [x, y, z, length_squared(normal)]
     }
 
-    /// The mean of the squares less the square of the mean is what the normals vary by: nothing where all are equal, whatever
-    /// rounding has made of their length.
+    /// The mean of the squares less the square of the mean is the variance of the normals: 0 where all are equal,
+    /// whatever rounding has made of their length.
     #[inline(always)]
     fn encode([r, g, b, square]: Sum) -> [u8; 4] {
         let variance = square - length_squared([r, g, b]);

@@ -39,7 +39,7 @@ pub enum ShadingModel {
     Velvet,
     /// Babylon.js 9.35, `PBRMaterial`.
     Babylon,
-    /// The model of the house, of the parts that come nearest to a path tracer: what materials mean that name no model.
+    /// The model of the house, of the parts that come nearest to a path tracer: for materials that name no model.
     #[default]
     Standard,
     /// StackLit repaired: the adding method with a diffuse term of its own, measured on a random walk through the layers.
@@ -119,7 +119,7 @@ impl Feature {
             F::CoatAbsorption => coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
             F::CoatColor => coated && medium.color.factor != [1.0; 3],
             F::CoatIor => coated && medium.ior != 1.5,
-            // 0 is what models do that do not know it.
+            // 0 is the behaviour of models without the feature.
             F::CoatDarkening => coated && medium.darkening != 1.0 && medium.darkening != 0.0,
             F::CoatAnisotropy => coated && medium.anisotropy != 0.0,
             F::SecondLobe => lobes.second.mix.factor > 0.0 || lobes.second.haziness.factor > 0.0,

@@ -1,4 +1,4 @@
-//! Switches of the models: what the engines decide when a shader is compiled, and not by textures.
+//! Switches of the models, which engines set when a shader is compiled, and not by textures.
 
 /// The switches of each model that has some. Those of other models than the one that shades mean nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -44,7 +44,7 @@ group! {
     Flakes {
         /// Share of the base that they cover, 0 none to 1 all.
         share: f32 = 0.0,
-        /// Reflectance at normal incidence, linear, 0 to 1. Of what carries a film: that of what is beneath the film.
+        /// Reflectance at normal incidence, linear, 0 to 1. With a film: that of the flake beneath the film.
         color: [f32; 3] = [0.91, 0.92, 0.92],
         /// Their diameter in metres, [`Flakes::LEAST_SIZE`] or more.
         size: f32 = 0.000_3,

@@ -50,7 +50,7 @@ pub struct Splat {
     pub rotation: [f32; 4],
     /// Opacity in the middle, 0 to 1.
     pub opacity: f32,
-    /// Colour as a screen shows it, without what depends on the direction of view: 0.5 + 0.28209479 times the
+    /// Display-referred colour, without the part that depends on the direction of view: 0.5 + 0.28209479 times the
     /// coefficient of degree 0. Not limited to 0 to 1.
     pub color: [f32; 3],
 }
@@ -119,7 +119,7 @@ impl SplatCloudBuilder {
         within("spherical harmonics", harmonics.as_flattened(), -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
         let rotation = splat.rotation.map(f64::from);
         let length = rotation.iter().map(|v| v * v).sum::<f64>().sqrt();
-        // What is shorter than any single precision number can be measured is no direction.
+        // A vector too short for single precision has no direction.
         if length < 1e-30 {
             return Err(SceneError::OutOfRange { what: "splat rotation", limit: 1e-30 });
         }
@@ -161,7 +161,7 @@ pub struct SplatCloud {
     order: SplatOrder,
     bounds: Bounds,
     shown: Bounds,
-    /// Centres beyond are left out of `shown`, and so is what is less opaque.
+    /// Centres beyond are left out of `shown`, and so are splats that are less opaque.
     core: Bounds,
     solid: f32,
 }
@@ -315,10 +315,12 @@ impl SplatCloud {
         &self.shown
     }
 
-    /// Calls `f` with what a camera is to show: centres of splats and the standard deviations to which each counts.
+    /// Calls `f` for the splats that a camera is to show, with their centres and the standard deviations to which each
+    /// counts.
     ///
-    /// Splats that are hardly opaque do not count (unless all are like that), nor do the few that lie far from all others:
-    /// beyond half the width that holds 96 of 100, on each axis. Captured scenes have both, around what is meant.
+    /// Splats that are hardly opaque do not count (unless all are like that), nor do the few that lie far from all
+    /// others: beyond half the width that holds 96 of 100, on each axis. Captured scenes have both, around their
+    /// subject.
     pub(super) fn for_each_solid(&self, mut f: impl FnMut(usize, [f64; 3], f64)) {
         for (index, position) in self.lists.positions.iter().enumerate() {
             let p = position.map(f64::from);

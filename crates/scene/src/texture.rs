@@ -235,7 +235,7 @@ impl Texture {
         let size = image.size();
         let layout = full_layout(size, &sampler);
         let bands = RowBands::new(lazy.band_layout(), Vec::new());
-        // What is read of it before it is there is white, and not shown.
+        // Texels read before they are resident are white, and not shown.
         Some(Self {
             image: Arc::new(Image::white()),
             reduced: Arc::new(vec![[255; 4]]),

@@ -70,8 +70,8 @@ impl Transform {
         Self::from_parts(by, [0.0, 0.0, 0.0, 1.0], [1.0; 3])
     }
 
-    /// Turns by an angle in radians (magnitude up to 10^6) about an axis through the origin: counter-clockwise for who looks
-    /// against it. The axis may have any length but zero.
+    /// Turns by an angle in radians (magnitude up to 10^6) about an axis through the origin: counter-clockwise for a
+    /// viewer who looks against it. The axis may have any length but zero.
     ///
     /// # Errors
     /// [`SceneError::NotFinite`]; [`SceneError::NoLength`] if the axis is zero.

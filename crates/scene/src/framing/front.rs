@@ -1,4 +1,4 @@
-//! Which way a model faces whose file does not say so.
+//! Front of a model whose file does not define it.
 
 use crate::Scene;
 use glam::DVec3;
@@ -23,9 +23,9 @@ const RAISED: std::ops::RangeInclusive<f64> = 0.15..=0.4;
 /// Number of triangles that are tested, at most: of larger models, each second, third, and so on.
 const MOST: u64 = 1 << 16;
 
-/// True if the model is a long body whose head is at its -Z end. OBJ and PLY do not say where a model faces. Most face +Z as
-/// glTF's do; animals, above all, come either way, and are recognised by a head that is held high or has a tail at the other
-/// end. What is as wide as it is long, or whose sides differ, is left alone.
+/// True if the model is a long body whose head is at its -Z end. OBJ and PLY do not define the front of a model. Most
+/// face +Z as glTF's do; animals, above all, come either way, and are recognised by a head that is held high or has a
+/// tail at the other end. A model that is as wide as it is long, or whose sides differ, is left alone.
 pub(crate) fn faces_back(scene: &Scene) -> bool {
     let bounds = scene.bounds();
     let [width, height, length] = bounds.size();

@@ -57,7 +57,7 @@ pub(crate) fn vertices(data: &MeshData, bounds: &Bounds) -> Option<Vec<bool>> {
     used.contains(&true).then_some(used)
 }
 
-/// Leaves of the vertices that count those of what can be seen, unless there are none.
+/// Clears the mask of vertices that belong to nothing visible, unless that leaves none.
 pub(crate) fn keep_seen(data: &MeshData, used: &mut [bool]) {
     let mut seen = vec![false; used.len()];
     for &triangle in data.triangles.iter().filter(|&&triangle| can_be_seen(data, triangle)) {

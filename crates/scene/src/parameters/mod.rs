@@ -1,10 +1,10 @@
-//! The parameters of materials: one table says of each what it is called, what it takes, where it is and who reads it.
+//! Parameters of materials: one table with the name, range, place and readers of each.
 //!
-//! From it follow what a scene refuses ([`super::Scene::add_material`]), to what loaders clamp, the keys of material files
-//! with their documentation, the textures of a material, what animations of glTF change, and the ranges of the planes of the
-//! G-buffer. How a format of files calls a parameter stays with its loader.
+//! From it follow the checks of a scene ([`super::Scene::add_material`]), the clamping of loaders, the keys of
+//! material files with their documentation, the textures of a material, the targets of glTF's animations, and the
+//! ranges of the planes of the G-buffer. The name of a parameter in a format of files stays with its loader.
 //!
-//! A default is not written down again: it is what the parameter is in [`Material::default`].
+//! A default is not written down again: it is the value in [`Material::default`].
 
 mod table;
 
@@ -100,7 +100,7 @@ pub enum Kind {
     Texture(Slot),
 }
 
-/// A place for a texture.
+/// A slot for a texture.
 #[derive(Clone, Copy, Debug)]
 pub struct Slot {
     /// Kind of its texels.
@@ -128,12 +128,12 @@ pub enum Holds {
 #[derive(Clone, Copy, Debug)]
 enum Place {
     Texture(fn(&Material) -> &Option<TextureRef>, fn(&mut Material) -> &mut Option<TextureRef>),
-    /// The material says which channel is read; that of [`Holds::Channel`] is the usual one.
+    /// The material chooses the channel that is read; that of [`Holds::Channel`] is the usual one.
     Scalar(fn(&Material) -> &ScalarParameter, fn(&mut Material) -> &mut ScalarParameter),
     Normal(fn(&Material) -> &Option<NormalTexture>, fn(&mut Material) -> &mut Option<NormalTexture>),
 }
 
-/// Which models read a parameter.
+/// Models that read a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum ReadBy {
     /// All models, or a stage before any model.
@@ -277,7 +277,7 @@ impl Slot {
         }
     }
 
-    /// True if the material says which channel is read.
+    /// True if the material chooses the channel that is read.
     pub fn names_channel(&self) -> bool {
         matches!(self.place, Place::Scalar(..))
     }
@@ -315,14 +315,14 @@ impl Slot {
         }
     }
 
-    /// Says which channel is read, where the material does.
+    /// Sets the channel that is read, where the material chooses it.
     pub fn set_channel(self, material: &mut Material, channel: u8) {
         if let Place::Scalar(_, get) = self.place {
             get(material).channel = channel;
         }
     }
 
-    /// Checks what stands beside the texture.
+    /// Checks channel, scale and the like beside the texture.
     fn check(self, material: &Material) -> Result<(), SceneError> {
         match self.place {
             Place::Texture(..) => {}
@@ -340,7 +340,7 @@ impl Slot {
     }
 }
 
-/// Every place for a texture, in the order of the table.
+/// Every slot for a texture, in the order of the table.
 pub fn slots() -> impl Iterator<Item = (&'static Parameter, &'static Slot)> {
     PARAMETERS.iter().filter_map(|parameter| match &parameter.kind {
         Kind::Texture(slot) => Some((parameter, slot)),
