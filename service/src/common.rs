@@ -35,7 +35,7 @@ impl Common {
         let here = std::env::current_dir().map_err(|e| format!("the current folder: {e}"))?;
         description.resolve_paths(&here);
         let limits = draw.input.limits.limits();
-        // What is wrong with the options is found now, and not by every model.
+        // Errors in the options are found now, and not by every model.
         description.options(draw.machine.machine(), &limits).map_err(|e| e.to_string())?;
         description.load_options().map_err(|e| e.to_string())?;
         let files = files_of(&description)?;
@@ -65,7 +65,7 @@ fn name_materials(description: &mut Description) {
     }
 }
 
-/// The files that a description names, as it names them, and what is in them.
+/// The files that a description names, as it names them, with their contents.
 fn files_of(description: &Description) -> Result<Vec<(String, Vec<u8>)>, String> {
     let mut paths: Vec<PathBuf> = Vec::new();
     if let Some(EnvironmentChoice::File(path)) = &description.env {

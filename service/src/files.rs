@@ -15,7 +15,7 @@ pub type Boxed<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
 /// A file that was found.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// Its name, where it is another than what was asked for.
+    /// Its name, where it differs from the requested one.
     pub name: Option<String>,
     /// Content.
     pub bytes: Bytes,
@@ -36,7 +36,7 @@ pub struct Needed {
     /// It was looked for by another spelling.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub alike: bool,
-    /// BLAKE3 of what is in it; none if it was not to be had.
+    /// BLAKE3 of its content; none if it could not be read.
     pub hash: Option<String>,
 }
 

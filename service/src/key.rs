@@ -36,7 +36,7 @@ impl Keys {
     pub fn of(&self, model: &str, name: &str, needed: &[Needed], request: &PictureRequest) -> String {
         let mut hasher = self.common.clone();
         part(&mut hasher, model.as_bytes());
-        // The extension says what the content does not.
+        // The extension holds information that the content does not.
         let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
         part(&mut hasher, extension.to_ascii_lowercase().as_bytes());
         part(&mut hasher, &(needed.len() as u64).to_le_bytes());
@@ -99,7 +99,7 @@ mod tests {
             let start = Start { description: serde_json::json!({"env": path}), ..Start::default() };
             of(&start, &[(path.to_owned(), vec![bytes])], "m", "m.glb", &[], 64)
         };
-        // Where a file lies changes no picture, what is in it does.
+        // The place of a file changes no picture, its content does.
         assert_eq!(lit("/a/sky.hdr", 1), lit("/b/sky.hdr", 1));
         let described = Start { description: serde_json::json!({"quality": "good"}), ..Start::default() };
         let others = [

@@ -185,7 +185,7 @@ async fn read_object(store: &dyn ObjectStore, location: &ObjectPath, limit: u64)
     if got.meta.size > limit {
         return Err(Missing::TooLarge);
     }
-    // What is said of the size may be wrong.
+    // The announced size may be wrong.
     let mut bytes = Vec::new();
     let mut stream = got.into_stream();
     while let Some(part) = stream.next().await {
@@ -258,7 +258,7 @@ pub(crate) fn reason_of(error: &dyn std::error::Error) -> String {
     in_short(&error.to_string())
 }
 
-/// Stores tell whole pages, with the request and how long it took in front.
+/// Stores tell whole pages, with the request and its duration in front.
 fn in_short(text: &str) -> String {
     if text.contains("NoSuchBucket") || text.contains("ContainerNotFound") {
         return "there is no such bucket".to_owned();

@@ -152,7 +152,7 @@ impl Defaults {
         if let Some(view) = row.remove("view") {
             row.insert("camera".to_owned(), serde_json::json!({ "view": view }));
         }
-        // What a row says itself is not asked for in several ways.
+        // Options that a row sets itself are not varied.
         if row.contains_key("size") {
             own.sizes.clear();
         }

@@ -154,7 +154,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Opens a report: an empty one, or, to go on, the one that is there, with what it says.
+    /// Opens a report: an empty one, or, to go on, the one that is there, with its records.
     ///
     /// # Errors
     /// One line.

@@ -195,7 +195,7 @@ impl Batch {
                 Ok(record) => self.add(record)?,
                 Err(error) => self.fail(job.item, wanted, error.clone())?,
             }
-            // Those who wait for it may have gone.
+            // The receivers may have gone.
             let _ = done.send(Some(result));
         }
         for (wanted, made) in copies {
@@ -290,7 +290,7 @@ impl Batch {
         self.add(&record)
     }
 
-    /// Draws a picture in a new process and holds its bytes against what there is.
+    /// Draws a picture in a new process and compares its bytes with those of the first drawing.
     async fn draw_again(
         &self,
         job: &Job<'_>,
@@ -333,7 +333,7 @@ impl Batch {
         Some(Record { status: Status::Kept, ..record.clone() })
     }
 
-    /// Reads what a model refers to.
+    /// Reads the files that a model refers to.
     async fn read_needed(&self, job: &Job<'_>, names: &[(String, bool)]) -> Result<Vec<Needed>, Missing> {
         let mut needed = Vec::with_capacity(names.len());
         for (name, alike) in names {

@@ -132,7 +132,7 @@ impl Pool {
                 loaded.reuse();
                 Err(WorkError::Failed(failure))
             }
-            // What is asked for is wrong in all pictures, whatever the model is.
+            // The request is wrong in all pictures, whatever the model is.
             (FromWorker::PictureFailed { failure, .. }, _) => {
                 loaded.settle().await;
                 Err(WorkError::Failed(failure))
@@ -141,7 +141,7 @@ impl Pool {
         }
     }
 
-    /// Waits for a worker and lets it tell what a model is: the JSON of `overcoat info --json`.
+    /// Waits for a worker and lets it describe a model: the JSON of `overcoat info --json`.
     ///
     /// # Errors
     /// [`WorkError`].

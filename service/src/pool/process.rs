@@ -19,7 +19,7 @@ pub struct Death {
     pub of_memory: bool,
     /// By a signal from outside, as systems send that run out of memory.
     pub killed: bool,
-    /// Because it did what a worker may not do.
+    /// Because it made a system call that the sandbox forbids.
     pub forbidden: bool,
 }
 
@@ -102,7 +102,7 @@ impl Process {
         let mut bytes = vec![0; header];
         self.from.read_exact(&mut bytes).await?;
         let message = serde_json::from_slice(&bytes).map_err(|_| invalid())?;
-        // Memory comes with what arrives, not with what is announced.
+        // Memory grows with the bytes that arrive, not with the announced length.
         let mut rest = Vec::new();
         (&mut self.from).take(following as u64).read_to_end(&mut rest).await?;
         if rest.len() == following { Ok((message, rest)) } else { Err(invalid()) }
@@ -129,7 +129,7 @@ impl Process {
                 return Death::new("the worker does not keep to the protocol".to_owned());
             }
         };
-        // What it had to say comes through another stream.
+        // Its last words come through another stream.
         tokio::time::sleep(Duration::from_millis(10)).await;
         let said = self.last_words.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let (code, signal) = (status.code(), signal_of(status));

@@ -1,4 +1,4 @@
-//! A picture as an answer: its headers, what of it is asked for, or that the client has it.
+//! A picture as an answer: its headers, a range of its bytes, or that the client has it.
 
 use super::app::App;
 use super::cache::Picture;
@@ -51,7 +51,7 @@ impl Wishes<'_> {
         if self.text(header::IF_RANGE).is_some_and(|tag| tag != etag(key)) {
             return Ok(None);
         }
-        // What is not understood, as several ranges are not here, is answered as a whole.
+        // Ranges that are not supported, as several at once, are answered with the whole.
         let Some((first, last)) = range.strip_prefix("bytes=").and_then(|range| range.split_once('-')) else {
             return Ok(None);
         };

@@ -113,7 +113,7 @@ fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
         let (name, options) =
             text.split_once('=').ok_or_else(|| about("expected NAME=OPTIONS".to_owned()))?;
         let pairs = options_of_preset(options).map_err(about)?;
-        // What is wrong with a preset is found now, and not by every request.
+        // Errors in a preset are found now, and not by every request.
         let mut asked = Options::default();
         let set = pairs.iter().try_for_each(|(key, text)| asked.set(key, text, &rules));
         set.and_then(|()| asked.request(rules.format, &rules)).map_err(|problem| about(problem.message))?;

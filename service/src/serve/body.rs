@@ -39,7 +39,7 @@ pub struct Bodies {
 pub struct Held(Option<OwnedSemaphorePermit>);
 
 impl Held {
-    /// Gives back what is not needed for so many bytes.
+    /// Gives back the permits beyond so many bytes.
     pub fn shrink(&mut self, bytes: u64) {
         if let Some(permits) = &mut self.0 {
             let spare = permits.num_permits().saturating_sub(permits_of(bytes) as usize);
@@ -117,7 +117,7 @@ impl Bodies {
 
     async fn collect(&self, body: &mut Body, length: Option<u64>) -> Result<(Bytes, Held), Problem> {
         let begun = Instant::now();
-        // What is announced need not come.
+        // The announced length need not be true.
         let room = length.unwrap_or(0).min(FIRST_ROOM) as usize;
         let (mut bytes, mut held) = (BytesMut::with_capacity(room), Held::default());
         loop {
@@ -149,7 +149,7 @@ impl Bodies {
     }
 }
 
-/// Reads over what still comes.
+/// Reads and drops the rest.
 async fn drain(mut body: Body) {
     let mut seen = 0;
     while let Some(Ok(frame)) = body.frame().await {

@@ -120,7 +120,7 @@ impl Cache {
         self.write(&format!("{}.picture", picture.key), entry).await;
     }
 
-    /// The names that a model refers to, by what it is asked for.
+    /// The names that a model refers to, by the name of the request.
     pub async fn names(&self, of: &str) -> Option<Arc<Names>> {
         let known = self.remembered().names.get(of).cloned();
         if known.is_some() {

@@ -99,7 +99,7 @@ impl Disk {
         let path = path_in(&self.root, name);
         let mut written = self.put(&path, bytes);
         if written.as_ref().is_err_and(|e| e.kind() == ErrorKind::StorageFull) {
-            // Others fill the disk: what is here is worth less than what is asked for now.
+            // Others fill the disk: old entries are worth less than the one asked for now.
             let less = self.lock().bytes.saturating_sub(size.max(1 << 20) * 4);
             let evicted = self.lock().evict(less);
             self.delete(&evicted);

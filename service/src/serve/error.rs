@@ -210,7 +210,7 @@ impl From<WorkError> for Problem {
                 Self::new(Kind::Timeout, message)
                     .limited("deadline", "start the service with --deadline SECONDS")
             }
-            // What was killed from outside says nothing about the model.
+            // A worker killed from outside says nothing about the model.
             WorkError::Died(death) if death.of_memory && !death.killed => {
                 Self::new(Kind::Memory, death.message)
                     .limited("memory", "start the service with --memory BYTES")

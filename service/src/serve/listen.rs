@@ -80,8 +80,8 @@ async fn accept(
     Ok((stream, permit))
 }
 
-/// Waits for all connections. Who is still in the queue when the time is over is sent away, and who is with a worker has as long
-/// again as the answer takes to be written.
+/// Waits for all connections. Requests still in the queue when the time is over are sent away, and those with a worker
+/// have as long again as the answer takes to be written.
 async fn finish(app: &App, mut served: JoinSet<()>) {
     tracing::info!(connections = served.len(), "stopping: requests that were accepted are finished");
     let all = async |served: &mut JoinSet<()>| while served.join_next().await.is_some() {};

@@ -150,7 +150,7 @@ impl Metrics {
         };
     }
 
-    /// Everything as text, with what others count.
+    /// All metrics as text, with the counts of pool, gate and cache.
     #[must_use]
     pub fn text(
         &self,

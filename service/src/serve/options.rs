@@ -49,7 +49,7 @@ impl Options {
     /// Takes an option; later ones win.
     ///
     /// # Errors
-    /// [`Kind::Options`] with the key and what it takes.
+    /// [`Kind::Options`] with the key and the values it takes.
     pub fn set(&mut self, key: &str, text: &str, rules: &Rules) -> Result<(), Problem> {
         match key {
             "format" => self.format = Some(format(text)?),
@@ -138,7 +138,7 @@ impl Options {
         Ok(PictureRequest {
             keys,
             format: format.extension().to_owned(),
-            // What changes nothing makes no other key.
+            // Values that change nothing make no other key.
             jpeg_quality: quality.filter(|_| format == OutputFormat::Jpeg),
             aovs: self.aovs.clone(),
             report: false,
@@ -146,7 +146,7 @@ impl Options {
     }
 }
 
-/// Finds what is wrong with keys before a model is read.
+/// Finds errors in keys before a model is read.
 fn check(keys: &Map<String, Value>, rules: &Rules) -> Result<(), Problem> {
     let mut all = rules.common.clone();
     all.extend(keys.clone());

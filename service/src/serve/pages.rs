@@ -124,7 +124,7 @@ mod tests {
             assert_eq!(PAGE.matches(&format!("<{tag}>")).count(), 1, "{tag}");
         }
         assert!(policy().contains("sha256-"));
-        // What is put in later is not in what the policy was made of.
+        // The inserted text is not in the part that the policy was made of.
         assert!(PAGE.find(SHADING).unwrap() > PAGE.find("</style>").unwrap());
         assert!(PAGE.find(SHADING).unwrap() < PAGE.find("<script>").unwrap());
     }

@@ -1,4 +1,5 @@
-//! From a model to its picture: by its key from the cache, from somebody who is drawing it, or from a worker.
+//! From a model to its picture: by its key from the cache, from an equal request that is being drawn, or from a
+//! worker.
 
 use super::app::{App, Outcome};
 use super::body::Held;
@@ -178,7 +179,7 @@ async fn draw(app: &App, asked: &Asked, hash: &str, of: &str, queue: f64) -> Out
     Ok((Arc::new(picture), "drawn"))
 }
 
-/// The file that is asked for, and what is told with it.
+/// The file that is asked for, with its metadata.
 fn told(app: &App, asked: &Asked, key: String, queue: f64, drawn: DrawnPicture) -> Option<Picture> {
     let DrawnPicture { files, told } = drawn;
     let stages: Vec<(String, f64)> = match &told.stages_ms {

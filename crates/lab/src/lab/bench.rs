@@ -9,7 +9,7 @@ use overcoat_scene::{
 };
 use std::sync::Arc;
 
-/// Distance of the camera, and half the height of what it sees: any, since nothing is near and the surface is even.
+/// Distance of the camera, and half the height of its view: any, since nothing is near and the surface is even.
 const DISTANCE: f64 = 4.0;
 
 /// Shades specimens.

@@ -1,10 +1,10 @@
 //! Errors of the clear coats of engines against physics: the same coated surface by a shading model and by the
 //! referee.
 //!
-//! A [`Specimen`] is a coated surface in numbers. [`Bench`] shades it with the models of this crate, by pictures of one pixel,
-//! so that what is measured is what pictures show; [`Referee`] follows light through the same layers ([`crate::truth`]). A
-//! [`Slice`] varies one quantity, a [`Summary`] goes over a grid of specimens and says how far each model is off; a [`Translator`]
-//! finds the parameters of one model whose pictures are nearest to another's.
+//! A [`Specimen`] is a coated surface in numbers. [`Bench`] shades it with the models of this crate, by pictures of
+//! one pixel, so that pictures are measured; [`Referee`] follows light through the same layers ([`crate::truth`]). A
+//! [`Slice`] varies one quantity, a [`Summary`] measures the error of each model over a grid of specimens; a
+//! [`Translator`] finds the parameters of one model whose pictures are nearest to another's.
 //!
 //! ```
 //! # mod overcoat { pub use {overcoat_lab::{lab, truth}, overcoat_scene as scene}; }
@@ -33,7 +33,7 @@
 //! every engine defines it.
 
 mod bench;
-// What it makes is files, which are the program's.
+// Its output is files, which are the program's.
 pub mod conformance;
 mod referee;
 mod slice;

@@ -113,7 +113,7 @@ impl Referee {
     }
 }
 
-/// Sums of what walks bring from the soft box, of squares, and of what the coat alone reflects.
+/// Sums over walks: radiance from the soft box, its square, and the reflection of the coat alone.
 #[derive(Default)]
 struct Sums {
     count: f64,

@@ -1,4 +1,4 @@
-//! One quantity that varies, and what models and referee say of it.
+//! One quantity that varies, and the radiance of models and referee over it.
 
 use super::{Bench, LabError, Light, Referee, Specimen};
 use crate::truth::Samples;
@@ -116,7 +116,7 @@ impl Slice {
         (0..steps).map(|k| first + (last - first) * (k as f64 / (steps - 1) as f64)).collect()
     }
 
-    /// Measures every value; `done` is told how many.
+    /// Measures every value; `done` is called with the number of finished values.
     ///
     /// # Errors
     /// [`LabError`] if a number is out of its range.
@@ -138,7 +138,7 @@ impl Slice {
         Ok(Row { value, models, truth, error, coat })
     }
 
-    /// The same slice with another value of what does not vary in it.
+    /// The same slice with another value of a quantity that does not vary in it.
     ///
     /// # Errors
     /// [`LabError`] if that is the angle of light that comes from everywhere.

@@ -1,4 +1,4 @@
-//! A grid of specimens, and how far each model is off on it.
+//! A grid of specimens, and the errors of each model on it.
 
 use super::{Bench, LabError, Light, Referee, Specimen, luminance};
 use crate::truth::Samples;
@@ -85,14 +85,14 @@ impl Summary {
         found
     }
 
-    /// Specimens anywhere in the ranges, the same for the same number: what a model that was made with the grid at hand has not
-    /// seen. A third each is matt, plastic and metal; half of the coats absorb.
+    /// Specimens spread over the whole ranges, the same for the same number: a test set for models that were made with
+    /// the grid. A third each is matt, plastic and metal; half of the coats absorb.
     #[must_use]
     pub fn random(count: u32) -> Vec<Specimen> {
         (0..count).map(at_random).collect()
     }
 
-    /// Measures models on specimens; `done` is told how many of how many.
+    /// Measures models on specimens; `done` is called with the number done and the number of all.
     ///
     /// # Errors
     /// [`LabError`] if a number is out of its range.
@@ -172,7 +172,7 @@ fn at_random(number: u32) -> Specimen {
     }
 }
 
-/// Luminance of what models and referee say.
+/// Luminances of models and referee.
 fn case(
     bench: &mut Bench,
     referee: &Referee,

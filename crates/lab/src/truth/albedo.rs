@@ -35,8 +35,8 @@ impl Albedo {
 }
 
 impl Stack {
-    /// Directional albedo: what leaves of the energy that arrives from `wo`, which is [`Stack::evaluate`] integrated over all
-    /// `wi`, and what goes into one direction alone.
+    /// Directional albedo: share of the energy from `wo` that leaves, which is [`Stack::evaluate`] integrated over all
+    /// `wi`, and the part of smooth interfaces, which goes into one direction alone.
     ///
     /// # Errors
     ///

@@ -148,8 +148,8 @@ impl<const N: usize> Estimate<N> {
         self.end - self.first
     }
 
-    /// Number of samples that were given up after a million events, so that what they would have had after those is
-    /// missing. Where this is not 0 the mean is too small.
+    /// Number of samples that were given up after a million events, so that their further events are missing. Where
+    /// this is not 0 the mean is too small.
     #[must_use]
     pub fn truncated(&self) -> u64 {
         self.truncated

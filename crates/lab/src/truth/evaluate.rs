@@ -42,10 +42,10 @@ impl Evaluation {
 }
 
 impl Stack {
-    /// The share of the energy that arrives from `wo` that leaves per solid angle about `wi`, which is the bidirectional
-    /// scattering distribution function times the cosine of `wi`: of reflection as it is, of transmission with
-    /// [`Stack::radiance_scale`]. Directions point away from the stack, z up. What a smooth stack sends into one direction
-    /// alone has no density and is not in it.
+    /// The share of the energy that arrives from `wo` that leaves per solid angle about `wi`, which is the
+    /// bidirectional scattering distribution function times the cosine of `wi`: of reflection as it is, of
+    /// transmission with [`Stack::radiance_scale`]. Directions point away from the stack, z up. Light that a smooth
+    /// stack sends into one direction alone has no density and is not in it.
     ///
     /// # Errors
     ///
@@ -60,8 +60,8 @@ impl Stack {
         Ok(Evaluation { coat, base, total })
     }
 
-    /// The density by solid angle of what [`Stack::sample`] gives for `wo` at `wi`, where it is not `delta`, with absorption
-    /// as a result of its own: the mean of the channels of [`Stack::evaluate`].
+    /// The density by solid angle of [`Stack::sample`] for `wo` at `wi`, where it is not `delta`, with absorption as a
+    /// result of its own: the mean of the channels of [`Stack::evaluate`].
     ///
     /// # Errors
     ///
@@ -77,7 +77,7 @@ impl Stack {
     }
 }
 
-/// A ray of the walk from `wi`, and what connections with it need.
+/// A ray of the walk from `wi`, with the weights for connections to it.
 #[derive(Clone, Copy)]
 struct Returning {
     ray: Ray,

@@ -24,7 +24,8 @@ impl Medium {
     /// Nothing.
     pub const CLEAR: Self = Self { extinction: [0.0; 3], albedo: [0.0; 3], anisotropy: 0.0, thickness: 1.0 };
 
-    /// Absorption alone, of an optical thickness in three channels: what passes straight through once is `exp(-thickness)`.
+    /// Absorption alone, of an optical thickness in three channels: its transmittance at normal incidence is
+    /// `exp(-thickness)`.
     #[must_use]
     pub const fn absorbing(optical_thickness: [f64; 3]) -> Self {
         Self { extinction: optical_thickness, ..Self::CLEAR }

@@ -100,8 +100,8 @@ pub(super) fn scatter(
     Some(walk.direction)
 }
 
-/// An unbiased estimate of the energy from i to o by two facets or more: at each beyond the first, what goes to o straight
-/// from it.
+/// An unbiased estimate of the energy from i to o by two facets or more: at each beyond the first, the energy that
+/// goes to o straight from it.
 pub(super) fn further(
     surface: &Surface,
     ggx: Ggx,

@@ -51,7 +51,7 @@ fn follow(stack: &Stack, mut ray: Ray, trial: &mut Trial) -> Outcome {
         let Some((next, delta)) = scatter(stack, &ray, &at, &mut weight, trial) else {
             return if trial.truncated() { Outcome::Truncated } else { Outcome::Absorbed };
         };
-        // What is absorbed ends walks, so that those which go on have a mean weight of 1.
+        // Absorption ends walks, so that those which go on have a mean weight of 1.
         let left = mean(weight);
         if trial.uniform() >= left {
             return Outcome::Absorbed;

@@ -60,8 +60,8 @@ impl StackBuilder {
     ///
     /// # Errors
     ///
-    /// No interface or more than [`MAX_INTERFACES`], a medium that is not between two interfaces, a value outside of its range:
-    /// which layer, what, and what is allowed.
+    /// No interface or more than [`MAX_INTERFACES`], a medium that is not between two interfaces, a value outside of
+    /// its range: the layer, the parameter, and its range.
     pub fn build(self) -> Result<Stack, StackError> {
         let Self { interfaces, media, misplaced } = self;
         if let Some(layer) = misplaced {

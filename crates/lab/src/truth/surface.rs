@@ -1,8 +1,8 @@
 //! Interfaces as walks meet them: how light scatters at one.
 //!
-//! Everything here is about energy: `kernel(i, o)` is the share of what arrives from `i` that leaves per solid angle about
-//! `o`, the cosine of `o` included. Both point away from the interface. Seen from below, an interface is its mirror image
-//! with the inverse index.
+//! Everything here is about energy: `kernel(i, o)` is the share of the energy from `i` that leaves per solid angle
+//! about `o`, the cosine of `o` included. Both point away from the interface. Seen from below, an interface is its
+//! mirror image with the inverse index.
 
 use super::fresnel::{conductor, schlick};
 use super::interface::{ConductorFresnel, Interface, Kind, Masking};
@@ -40,7 +40,7 @@ pub(super) struct Surface {
     turn: [f64; 2],
 }
 
-/// Chooses between two ways by what goes there of all channels together, so that their sum stays what it is.
+/// Chooses between two directions by their energy in all channels together, so that their sum stays what it is.
 pub(super) fn choose(beta: &mut Channels, share: Channels, trial: &mut Trial) -> bool {
     let first = total(product(*beta, share)) / total(*beta);
     if trial.uniform() < first {
@@ -138,7 +138,7 @@ impl Surface {
     fn single(&self, ggx: Ggx, i: Vector, o: Vector, eta: f64) -> Channels {
         let (same_side, up) = (o[2] > 0.0, if o[2] > 0.0 { o } else { mirrored(o) });
         let facets = self.phase(ggx, i, o, eta);
-        // phase() has what i sees; of that, what o sees.
+        // phase() has the facets visible from i; this is the share of them visible from o.
         scaled(facets, ggx.shadowing(self.masking, i, up, same_side))
     }
 

@@ -30,7 +30,7 @@ pub(super) struct Arrival {
     pub distance: f64,
 }
 
-/// |cosine| of a direction; not 0, so that what is parallel to the interfaces arrives somewhere.
+/// |cosine| of a direction; not 0, so that a ray parallel to the interfaces arrives somewhere.
 pub(super) fn steepness(direction: Vector) -> f64 {
     let mu = direction[2].abs();
     if mu > 1e-12 { mu } else { 1e-12 }
@@ -75,8 +75,8 @@ pub(super) fn reach(slab: Option<&Slab>, distance: f64, mu: f64, in_medium: bool
     mean(if in_medium { product(passes, scaled(slab.optical, 1.0 / mu)) } else { passes })
 }
 
-/// Follows a ray to where it ends; none if it leaves. `beta` is multiplied by what gets there over the probability, in which
-/// all channels have a part by what they carry, so that their sum stays what it is.
+/// Follows a ray to its end; none if it leaves. `beta` is multiplied by the energy that gets there over the
+/// probability, in which all channels have a part by their weight, so that their sum is unchanged.
 pub(super) fn arrive(stack: &Stack, ray: &Ray, beta: &mut Channels, trial: &mut Trial) -> Option<Arrival> {
     let interface = ray.ahead(stack)?;
     let at_interface = |distance| {

@@ -10,7 +10,7 @@ pub const LAMP: [f64; 3] = [2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0];
 /// Irradiance of the lamp at normal incidence: a white Lambert surface shows it as 1.
 pub const IRRADIANCE: f64 = PI;
 
-/// The gradient's radiance in the middle, and how much of each axis is added: x to red, y to green, z to blue.
+/// The gradient's radiance in the middle, and the slope along each axis: x to red, y to green, z to blue.
 pub const GRADIENT: [f64; 2] = [0.5, 0.4];
 
 /// Towards the middle of the soft box: to the left, above and before the ball.

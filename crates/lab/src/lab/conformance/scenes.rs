@@ -42,7 +42,7 @@ impl Scene {
     }
 }
 
-/// A smooth coat of index 1.5 over a matt grey surface: what the others vary.
+/// A smooth coat of index 1.5 over a matt grey surface, which the others vary.
 const MATT: Specimen = Specimen {
     coat: 1.0,
     coat_roughness: 0.0,

@@ -10,7 +10,7 @@ use overcoat_core::jobs::Jobs;
 /// [`Truth::footprint`].
 const GRID: usize = 4;
 
-/// Pixels between what is scored and the edge of the ball: those that [`footprint`] looks at are all of the ball.
+/// Pixels between the scored area and the edge of the ball: those that [`footprint`] looks at are all of the ball.
 const MARGIN: usize = 2;
 
 /// Cosine to the lamp within which nothing is scored: balls of triangles end there in their shadow, sooner or later.
@@ -23,7 +23,7 @@ pub struct Truth {
     pub mean: Vec<[f64; 3]>,
     /// Variance of that mean.
     pub variance: Vec<[f64; 3]>,
-    /// By how much a picture of triangles that are shaded in the middle of each pixel may differ from it.
+    /// Tolerance for a picture of triangles that are shaded in the middle of each pixel.
     pub footprint: Vec<[f64; 3]>,
     /// Which pixels are scored.
     pub mask: Vec<bool>,

@@ -27,7 +27,7 @@ pub fn normalized(a: Vector) -> Vector {
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     size: usize,
-    /// Half of what is seen at distance 1.
+    /// Half the extent of the view at distance 1.
     half: f64,
 }
 
