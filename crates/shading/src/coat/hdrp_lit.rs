@@ -434,7 +434,7 @@ impl<L: Lanes> DirectLighting<L> {
 
 /// One light, `ShadeSurface_Infinitesimal` and `ShadeSurface_Punctual`.
 ///
-/// `light` is the unit vector to it, `irradiance` that at normal incidence (with distance, cone and shadow applied),
+/// `light` is the unit vector to it, `irradiance` its own at normal incidence (with distance, cone and shadow applied),
 /// `min_roughness` as in [`evaluate_bsdf`]: HDRP derives it from the light's size; 1/1024 is the least with which
 /// polished surfaces show a highlight.
 #[inline(always)]
