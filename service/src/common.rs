@@ -1,4 +1,4 @@
-//! What holds for all pictures of a batch or a service: from options to what workers are told first.
+//! Settings that all pictures of a batch or a service share: from options to the first message to workers.
 
 use crate::key::Keys;
 use overcoat::description::{Description, EnvironmentChoice, MaterialChoice};
@@ -9,17 +9,18 @@ use std::path::{Path, PathBuf};
 /// Bytes of a file that all pictures have in common, at most.
 const LARGEST_FILE: u64 = 1 << 30;
 
-/// What workers are told, and the names of what is made by it.
+/// First message to workers, and content keys of pictures made with it.
 #[derive(Clone, Debug)]
 pub struct Common {
-    /// The first message.
+    /// First message to a worker.
     pub start: Start,
-    /// Names of pictures.
+    /// Content keys of pictures.
     pub keys: Keys,
 }
 
 impl Common {
-    /// Of the options that `overcoat render` has, too. The files that they name are read once, for the keys.
+    /// Settings from the options that `overcoat render` has, too. The files that they name are read once, for the
+    /// keys.
     ///
     /// # Errors
     /// One line.
@@ -34,7 +35,7 @@ impl Common {
         let here = std::env::current_dir().map_err(|e| format!("the current folder: {e}"))?;
         description.resolve_paths(&here);
         let limits = draw.input.limits.limits();
-        // What is wrong with the options is found now, and not by every model.
+        // Errors in the options are found now, and not by every model.
         description.options(draw.machine.machine(), &limits).map_err(|e| e.to_string())?;
         description.load_options().map_err(|e| e.to_string())?;
         let files = files_of(&description)?;
@@ -64,7 +65,7 @@ fn name_materials(description: &mut Description) {
     }
 }
 
-/// The files that a description names, as it names them, and what is in them.
+/// The files that a description names, as it names them, with their contents.
 fn files_of(description: &Description) -> Result<Vec<(String, Vec<u8>)>, String> {
     let mut paths: Vec<PathBuf> = Vec::new();
     if let Some(EnvironmentChoice::File(path)) = &description.env {

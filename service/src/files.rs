@@ -15,13 +15,13 @@ pub type Boxed<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
 /// A file that was found.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// Its name, where it is another than what was asked for.
+    /// Its name, where it differs from the requested one.
     pub name: Option<String>,
-    /// What is in it.
+    /// Content.
     pub bytes: Bytes,
 }
 
-/// Where the files of one model come from.
+/// Source of the files of one model.
 pub trait Files: Send + Sync {
     /// The file of a name, a path relative to the model, with at most `limit` bytes. `alike`: one whose name differs in the case
     /// of letters, or in what is not UTF-8 in it.
@@ -36,7 +36,7 @@ pub struct Needed {
     /// It was looked for by another spelling.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub alike: bool,
-    /// BLAKE3 of what is in it; none if it was not to be had.
+    /// BLAKE3 of its content; none if it could not be read.
     pub hash: Option<String>,
 }
 
@@ -110,7 +110,7 @@ pub fn no_such_file() -> Missing {
 pub struct FolderFiles(DirectoryResolver);
 
 impl FolderFiles {
-    /// Those in and below the folder of a model.
+    /// Files in and below the folder of a model.
     #[must_use]
     pub fn of_model(model: &Path) -> Self {
         Self(DirectoryResolver::of_model(model))

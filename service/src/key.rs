@@ -4,17 +4,18 @@ use crate::files::Needed;
 use overcoat_cli::worker::protocol::{PictureRequest, Start};
 use serde_json::Value;
 
-/// What two pictures must have in common to be the same.
+/// Content keys: two pictures with the same key have the same bytes.
 ///
-/// BLAKE3 of the renderer's version, of what holds for all pictures (the contents of its files in place of their paths), of the
-/// model, of every file that it refers to, and of the picture's own options. 64 hexadecimal digits.
+/// BLAKE3 of the renderer's version, of the settings of all pictures (the contents of their files in place of the
+/// paths), of the model, of every file that it refers to, and of the picture's own options. 64 hexadecimal digits.
 #[derive(Clone, Debug)]
 pub struct Keys {
     common: blake3::Hasher,
 }
 
 impl Keys {
-    /// Of this program, and of what it tells its workers; `files` are what that refers to, by the paths that stand there.
+    /// Keys for this version of the program and the first message to workers; `files` are the contents of files that
+    /// it refers to, by the paths that stand there.
     #[must_use]
     pub fn new(start: &Start, files: &[(String, Vec<u8>)]) -> Self {
         let mut common = blake3::Hasher::new();
@@ -35,7 +36,7 @@ impl Keys {
     pub fn of(&self, model: &str, name: &str, needed: &[Needed], request: &PictureRequest) -> String {
         let mut hasher = self.common.clone();
         part(&mut hasher, model.as_bytes());
-        // The extension says what the content does not.
+        // The extension holds information that the content does not.
         let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
         part(&mut hasher, extension.to_ascii_lowercase().as_bytes());
         part(&mut hasher, &(needed.len() as u64).to_le_bytes());
@@ -98,7 +99,7 @@ mod tests {
             let start = Start { description: serde_json::json!({"env": path}), ..Start::default() };
             of(&start, &[(path.to_owned(), vec![bytes])], "m", "m.glb", &[], 64)
         };
-        // Where a file lies changes no picture, what is in it does.
+        // The place of a file changes no picture, its content does.
         assert_eq!(lit("/a/sky.hdr", 1), lit("/b/sky.hdr", 1));
         let described = Start { description: serde_json::json!({"quality": "good"}), ..Start::default() };
         let others = [

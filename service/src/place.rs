@@ -12,12 +12,12 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use url::Url;
 
-/// Where models are or pictures go.
+/// Place of models or pictures.
 #[derive(Clone)]
 pub enum Place {
     /// A folder of this machine.
     Folder(PathBuf),
-    /// What lies under a prefix of an object store.
+    /// Objects under a prefix of an object store.
     Store(Arc<dyn ObjectStore>, ObjectPath, Url),
 }
 
@@ -36,7 +36,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Whether a text is meant as a URL and not as a path.
+/// True if a text is meant as a URL and not as a path.
 #[must_use]
 pub fn is_url(text: &str) -> bool {
     let scheme = text.split_once("://").map(|(scheme, _)| scheme);
@@ -185,7 +185,7 @@ async fn read_object(store: &dyn ObjectStore, location: &ObjectPath, limit: u64)
     if got.meta.size > limit {
         return Err(Missing::TooLarge);
     }
-    // What is said of the size may be wrong.
+    // The announced size may be wrong.
     let mut bytes = Vec::new();
     let mut stream = got.into_stream();
     while let Some(part) = stream.next().await {
@@ -245,7 +245,7 @@ fn unreadable(error: &impl ToString) -> Missing {
     Missing::Unreadable { reason: error.to_string() }
 }
 
-/// What of an error a person wants to know.
+/// One-line reason of an error, for a person.
 pub(crate) fn reason_of(error: &dyn std::error::Error) -> String {
     // Why a client cannot be built is only told further down.
     let mut below = Some(error);
@@ -258,7 +258,7 @@ pub(crate) fn reason_of(error: &dyn std::error::Error) -> String {
     in_short(&error.to_string())
 }
 
-/// Stores tell whole pages, with the request and how long it took in front.
+/// Stores tell whole pages, with the request and its duration in front.
 fn in_short(text: &str) -> String {
     if text.contains("NoSuchBucket") || text.contains("ContainerNotFound") {
         return "there is no such bucket".to_owned();
@@ -273,12 +273,12 @@ fn in_short(text: &str) -> String {
 #[derive(Clone, Debug)]
 pub struct PlaceFiles {
     place: Place,
-    /// Of the model, with a slash at its end, or empty.
+    /// Folder of the model, with a slash at its end, or empty.
     folder: String,
 }
 
 impl PlaceFiles {
-    /// Those in and below the folder of a model.
+    /// Files in and below the folder of a model.
     #[must_use]
     pub fn of_model(place: &Place, model: &str) -> Self {
         let folder = model.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
@@ -303,7 +303,7 @@ impl Files for PlaceFiles {
     }
 }
 
-/// Whether a relative path leads out of where it starts.
+/// True if a relative path leads out of its base.
 fn leads_out(name: &str) -> bool {
     let mut depth = 0_i64;
     name.split('/').any(|part| {

@@ -1,7 +1,7 @@
 //! Parts of the renderer that features of the package leave out, each a type that has a value only where the part is compiled in.
 //!
-//! What belongs to a part has such a value in a field. Where the part is left out nothing can be made of those types, the compiler
-//! knows so, and no code that would need one is in the program. Whoever is asked for the part says that it is not there
+//! Types of a part hold such a value in a field. Where the part is left out no value of those types can exist, the
+//! compiler knows so, and no code that would need one is in the program. A request for the part is refused
 //! (`formats::LEFT_OUT`) before anything is drawn.
 
 /// Declares a part: with its feature a unit, without it a type of which there is no value.
@@ -24,14 +24,14 @@ macro_rules! part {
             /// The part, if it is compiled in.
             #[cfg(not(feature = $feature))]
             pub const BUILT: Option<Self> = None;
-            /// Whether it is compiled in.
+            /// True if it is compiled in.
             pub const IS_BUILT: bool = Self::BUILT.is_some();
         }
     };
 }
 
 part! {
-    /// What is in the way of light, and what surfaces send each other: depth maps, rays, the floor.
+    /// Occlusion and interreflection: depth maps, rays, the floor.
     Shadows, "light"
 }
 part! {

@@ -5,10 +5,10 @@ use std::fs::{File, Metadata};
 use std::io::{Error, ErrorKind, Read, Seek};
 use std::path::Path;
 
-/// Why a file or a stream was not read.
+/// Reason why a file or a stream was not read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// What the system says.
+    /// Error of the operating system.
     #[error("cannot be read: {0}")]
     Io(#[from] Error),
     /// It is longer than [`Limits::input_bytes`].

@@ -1,5 +1,4 @@
-//! Formats of files: their names, extensions and media types. What reads and what writes which is said where it is done, in
-//! terms of these.
+//! Formats of files: their names, extensions and media types. Readers and writers declare theirs in terms of these.
 
 /// Said of a format, or a part of the renderer, that features left out.
 pub const LEFT_OUT: &str = "this program was built without it";
@@ -7,7 +6,7 @@ pub const LEFT_OUT: &str = "this program was built without it";
 /// A format of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FileFormat {
-    /// What people call it.
+    /// Common name.
     pub name: &'static str,
     /// Extensions of its files, in lower case and without the dot; the usual one comes first.
     pub extensions: &'static [&'static str],

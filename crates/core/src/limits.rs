@@ -38,12 +38,13 @@ pub struct Limits {
     /// every ray that its lobes send, all of it for each shading a pixel. Default 2^13.
     pub shading: u64,
     /// Blocks of 4 x 4 pixels that the triangles of one frame are drawn into, hidden ones included: the rasterizer's
-    /// work. Of the depth maps of what blocks light, sixteens of triangles and of texels, counted apart. Default 2^27.
+    /// work. Depth maps of occluders count groups of sixteen triangles and of sixteen texels, apart from these.
+    /// Default 2^27.
     pub blocks: u64,
     /// Fragments of blended surfaces in one frame, which are kept until their tile is done. Default 2^25.
     pub blend_entries: u64,
-    /// Bytes that drawing one frame takes beside the scene and the picture: objects, vertices and triangles on the screen,
-    /// the tiles' lists of them. Depth maps of what blocks light may take as many again. Default 512 MiB.
+    /// Bytes that drawing one frame takes beside the scene and the picture: objects, vertices and triangles on the
+    /// screen, the tiles' lists of them. Depth maps of occluders may take as many again. Default 512 MiB.
     pub frame_bytes: u64,
     /// Frames of one moving picture. Default 3600.
     pub frames: u64,
@@ -187,7 +188,8 @@ impl Limits {
 /// The field of a [`LimitExceeded`] that is none of [`Limits`]: the system does not give so much memory.
 pub const MEMORY: &str = "memory";
 
-/// Bytes that stay free beside what is asked for. More than the C library of Linux keeps for itself when it is given back.
+/// Bytes that stay free beside the amount asked for. More than the C library of Linux keeps for itself when it is
+/// given back.
 #[doc(hidden)]
 pub const HEADROOM: u64 = 33 << 20;
 
@@ -197,16 +199,16 @@ pub const HEADROOM: u64 = 33 << 20;
 pub struct LimitExceeded {
     /// The element that asked, e.g. `accessor 3` or `image 'wood.png'`.
     pub what: String,
-    /// How much it asked for; `None` if the work was stopped when it passed the limit.
+    /// Amount asked for; `None` if the work was stopped when it passed the limit.
     pub asked: Option<u64>,
-    /// How much is allowed.
+    /// Amount allowed.
     pub limit: u64,
-    /// The field of [`Limits`] that says so.
+    /// Field of [`Limits`] with the limit.
     pub field: &'static str,
 }
 
 impl LimitExceeded {
-    /// Of work that was stopped when it passed the limit.
+    /// Error of work that was stopped when it passed the limit.
     #[must_use]
     #[doc(hidden)]
     pub fn beyond(what: &str, limit: u64, field: &'static str) -> Self {
@@ -225,7 +227,7 @@ impl std::fmt::Display for LimitExceeded {
 }
 
 impl Limits {
-    /// What [`Limits::output_side`] cannot be raised above: the rasterizer's fixed-point positions reach no further.
+    /// Upper bound of [`Limits::output_side`]: the rasterizer's fixed-point positions reach no further.
     pub const LARGEST_OUTPUT_SIDE: u32 = 16384;
 
     /// `Ok` if `asked` is at most `limit`.
@@ -246,9 +248,9 @@ impl Limits {
         }
     }
 
-    /// `Ok` if the system would give so many bytes, and what small things take besides ([`HEADROOM`]): asked before they are
-    /// used, because an allocation that fails ends the process. Where the system promises more than it has, as Linux does
-    /// unless the process has a limit of its own, it always would.
+    /// `Ok` if the system would give so many bytes, and [`HEADROOM`] besides: asked before they are used, because an
+    /// allocation that fails ends the process. Where the system promises more than it has, as Linux does unless the
+    /// process has a limit of its own, it always would.
     ///
     /// # Errors
     /// [`LimitExceeded`] naming the element, with [`MEMORY`] as the field, otherwise.

@@ -1,13 +1,13 @@
-//! Where a picture is taken from.
+//! Cameras: viewpoint, projection and clipping distances.
 
 use super::error::{finite, unit, within};
 use super::{MAX_COORDINATE, SceneError, Transform};
 use glam::DVec3;
 
-/// How depth becomes size.
+/// Projection of the view onto the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// A pinhole.
+    /// Perspective projection of a pinhole camera.
     Perspective {
         /// Vertical field of view in radians, above 0 and below pi.
         fov_y: f32,
@@ -37,18 +37,19 @@ pub enum Projection {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Camera {
-    /// Where it is.
+    /// Position of the viewer in world space, metres.
     pub eye: [f32; 3],
-    /// What is in the centre of the picture.
+    /// Point in the centre of the picture, in world space, metres.
     pub target: [f32; 3],
-    /// Which way is up, of any length above 1e-30; need not be perpendicular to the view.
+    /// Up vector, of any length above 1e-30; need not be perpendicular to the view.
     pub up: [f32; 3],
     /// Perspective or orthographic.
     pub projection: Projection,
-    /// Distance in metres along the view direction before which nothing is drawn, at least 1e-18.
+    /// Near plane: distance in metres along the view direction before which nothing is drawn, at least 1e-18.
     pub near: f32,
-    /// Distance in metres along the view direction beyond which no surface is drawn, above [`Camera::near`]; infinity for no limit.
-    /// The floor and the environment are not surfaces of the scene: they stay.
+    /// Far plane: distance in metres along the view direction beyond which no surface is drawn, above
+    /// [`Camera::near`]; infinity for no limit. The floor and the environment are not surfaces of the scene: they
+    /// stay.
     pub far: f32,
 }
 
@@ -76,7 +77,7 @@ impl Camera {
         Self::new(eye, target, unit("camera up", up)?, projection, Self::usual_near(eye, target)).checked()
     }
 
-    /// The camera, moved with what it belongs to; distances are scaled as lengths are.
+    /// The camera, moved by a transform; distances are scaled as lengths are.
     ///
     /// # Errors
     /// [`SceneError`] if it then spans no view, or a number of it is not finite or out of its range.
@@ -99,7 +100,7 @@ impl Camera {
         .checked()
     }
 
-    /// How near a camera draws where nobody says: a thousandth of the distance to what it looks at.
+    /// Default distance of the near plane: a thousandth of the distance from eye to target.
     pub fn usual_near(eye: [f32; 3], target: [f32; 3]) -> f32 {
         let [x, y, z] = [0, 1, 2].map(|k| f64::from(eye[k]) - f64::from(target[k]));
         let near = (1e-3 * (x * x + y * y + z * z).sqrt()) as f32;
@@ -173,7 +174,7 @@ impl Camera {
         within("camera target", &self.target, -far, far)?;
         finite("camera up", &self.up)?;
         within("camera near distance", &[self.near], Self::MIN_NEAR, far)?;
-        // False of what is no number, too.
+        // False of NaN, too.
         let is_beyond = self.far > self.near;
         if !is_beyond {
             return Err(SceneError::OutOfRange { what: "camera far distance", limit: self.near });

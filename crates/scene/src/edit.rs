@@ -1,4 +1,4 @@
-//! Changes of a scene that has been filled: other materials, meshes, textures and places, and what is removed.
+//! Changes of a scene that has been filled: replaced materials, meshes, textures and transforms, and removals.
 //!
 //! Numbers of draws and lights are those of their lists, which move up when one is removed. Names that stay are those of
 //! [`crate::world`].
@@ -9,7 +9,7 @@ use super::{
 };
 
 impl Scene {
-    /// Puts another material in the place of one, in every draw that is made of it.
+    /// Replaces a material, in every draw with it.
     ///
     /// # Errors
     /// As [`Scene::add_material`]; [`SceneError::NoSuch`] if there is no such material.
@@ -21,7 +21,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Puts another mesh in the place of one, in every draw of it.
+    /// Replaces a mesh, in every draw of it.
     ///
     /// # Errors
     /// [`SceneError`] if there is no such mesh or a draw of it would reach beyond [`MAX_COORDINATE`](super::MAX_COORDINATE).
@@ -36,7 +36,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Puts another texture in the place of one, in every material that reads it.
+    /// Replaces a texture, in every material that reads it.
     ///
     /// # Errors
     /// [`SceneError::NoSuch`] if there is no such texture.
@@ -115,7 +115,7 @@ impl Scene {
         Ok(self.instances.remove(instance))
     }
 
-    /// Puts another cloud of splats in the place of one.
+    /// Replaces a cloud of splats.
     ///
     /// # Errors
     /// [`SceneError::NoSuch`] if there is no such cloud; [`SceneError::OutOfRange`] if an instance of it would reach beyond
@@ -160,7 +160,7 @@ impl Scene {
         self.instances.get_mut(instance).ok_or(no_such)
     }
 
-    /// Puts another light in the place of one.
+    /// Replaces a light.
     ///
     /// # Errors
     /// As [`Scene::add_light`]; [`SceneError::NoSuch`] if there is no such light.

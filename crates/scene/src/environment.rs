@@ -1,4 +1,4 @@
-//! What surrounds a scene: its light from afar.
+//! Environment of a scene: its light from afar.
 
 use super::SceneError;
 use super::error::within;
@@ -54,7 +54,7 @@ impl EquirectImage {
     }
 }
 
-/// Where the light from afar comes from.
+/// Source of the light from afar.
 #[derive(Clone, Debug, Default)]
 pub enum EnvironmentSource {
     /// The built-in studio.

@@ -1,6 +1,6 @@
-//! What a scene refuses.
+//! Errors of building a scene.
 
-/// Why something cannot be part of a scene.
+/// Reason why something cannot be part of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {

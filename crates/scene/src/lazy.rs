@@ -1,8 +1,8 @@
-//! Lazy images: decoded when it is known what of them is seen.
+//! Lazy images: decoded once it is known which rows are visible.
 //!
 //! Of each form of such an image, the rows of each level that pictures have asked for are kept: the same texels that
-//! [`Texture::new`] makes of the whole image, made while its rows are decoded. Pictures say which rows they read
-//! ([`Form::want`]), and whoever draws them sees to it that these are there ([`LazyImage::provide`]).
+//! [`Texture::new`] makes of the whole image, made while its rows are decoded. Pictures ask for the rows they read
+//! ([`Form::want`]), and the renderer makes these resident before it draws ([`LazyImage::provide`]).
 
 use super::mipmap::Chain;
 use super::parameters::{EMISSIVE_TEXTURE, slots};
@@ -12,13 +12,13 @@ use super::{AlphaUse, ColorSpace, Image, Material, Sampler, Scene, Texture, Text
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// Where the rows of an image come from.
+/// Source of the rows of an image.
 pub trait ImageSource: Send + Sync {
-    /// Gives the rows of a sound image from the top on, until one is not `taken`. `raw` is room for what decoders write,
-    /// whatever it holds. False if the image is not sound, whatever rows were given: then [`ImageSource::image`] says what
-    /// there is of it.
+    /// Gives the rows of a sound image from the top on, until one is not `taken`. `raw` is a buffer that decoders
+    /// overwrite. False if the image is not sound, whatever rows were given: then [`ImageSource::image`] says what
+    /// could be read.
     fn rows(&self, raw: &mut Vec<u8>, take: &mut dyn FnMut(&[[u8; 4]]) -> bool) -> bool;
-    /// The image and what is wrong with it, or why it is lost: each one line.
+    /// The image and its flaws, or the reason why it is lost: each one line.
     fn image(&self) -> Result<(Image, Vec<String>), String>;
 }
 
@@ -31,7 +31,7 @@ pub struct LazyImage {
     forms: Vec<FormState>,
     /// All of it, if it has been decoded as a whole; `None` if it is lost.
     image: OnceLock<Option<Arc<Image>>>,
-    /// What is wrong with it, as far as it is known.
+    /// Flaws found so far, one line each.
     flaws: Mutex<Vec<String>>,
 }
 
@@ -43,7 +43,7 @@ struct FormState {
     layout: BandLayout,
     /// A bit for each band of rows that was asked for.
     wanted: Vec<AtomicU64>,
-    /// What there is of it.
+    /// Texture with the rows that are resident.
     texture: Mutex<Option<Texture>>,
     whole: OnceLock<Box<Texture>>,
 }
@@ -103,7 +103,7 @@ impl Form {
         }
     }
 
-    /// Whether something was asked for that `texture`, which is of this form, does not have.
+    /// True if a band was asked for that `texture`, which is of this form, does not have.
     pub fn lacks(&self, texture: &Texture) -> bool {
         let Some(bands) = texture.bands() else { return false };
         let wanted = &self.state().wanted;
@@ -111,7 +111,7 @@ impl Form {
         wanted.iter().zip(bands.present()).any(lacks)
     }
 
-    /// What there is of `texture`, which is of this form.
+    /// The resident rows of `texture`, which is of this form.
     pub fn resident(&self, texture: &Texture) -> Texture {
         if let Some(whole) = self.state().whole.get() {
             return (**whole).clone();
@@ -170,17 +170,17 @@ impl LazyImage {
         self.opaque
     }
 
-    /// True if it has been found that it cannot be read.
+    /// True if an attempt to read it has failed.
     pub fn is_lost(&self) -> bool {
         matches!(self.image.get(), Some(None))
     }
 
-    /// What was found to be wrong with it so far, each one line.
+    /// Flaws found so far, one line each.
     pub(crate) fn flaws(&self) -> Vec<String> {
         lock(&self.flaws).clone()
     }
 
-    /// Whether the alpha of some texel passes. Rows are decoded up to the first that does.
+    /// True if the alpha of some texel passes. Rows are decoded up to the first that does.
     pub(crate) fn has_alpha(&self, passes: &dyn Fn(u8) -> bool) -> bool {
         if self.opaque && self.image.get().is_none() {
             return passes(255);
@@ -212,8 +212,8 @@ impl LazyImage {
         image.clone()
     }
 
-    /// Makes what was asked for and is not there, of all `textures` of the image: it is decoded once for them. `raw` is room
-    /// that decoders use, kept from image to image.
+    /// Makes the bands that were asked for and are not resident, of all `textures` of the image: it is decoded once
+    /// for them. `raw` is a buffer for decoders, kept from image to image.
     pub fn provide(&self, textures: &[&Texture], raw: &mut Vec<u8>) {
         let lacking = textures.iter().filter_map(|texture| Lacking::of(texture)).collect::<Vec<_>>();
         if lacking.is_empty() || self.is_lost() {
@@ -226,7 +226,7 @@ impl LazyImage {
         {
             for (of, texture) in lacking.iter().zip(made) {
                 let mut kept = lock(&of.form.state().texture);
-                // Another picture of the scene may have asked for more in the meantime: what was asked for stays asked for.
+                // Another picture of the scene may have asked for more in the meantime: requests are never withdrawn.
                 if kept.as_ref().is_none_or(|kept| kept.band_count() < texture.band_count()) {
                     *kept = Some(texture);
                 }
@@ -244,7 +244,7 @@ impl LazyImage {
     /// Textures with the rows that are lacking, and those that were there. `None` if the image is not sound.
     fn stream(&self, lacking: &[Lacking<'_>], raw: &mut Vec<u8>) -> Option<Vec<Texture>> {
         let is_normals = |of: &Lacking<'_>| of.form.state().alpha == AlphaUse::Normals;
-        // Whether some texel has alpha decides about what normals have in its place.
+        // The alpha of normals depends on whether some texel has alpha.
         let needs_all = !self.opaque && lacking.iter().any(is_normals);
         let mut opaque = true;
         let mut made = lacking.iter().map(|of| of.start(true)).collect::<Vec<_>>();
@@ -274,7 +274,7 @@ impl LazyImage {
     }
 }
 
-/// A texture that lacks what was asked for.
+/// A texture that lacks bands that were asked for.
 struct Lacking<'a> {
     texture: &'a Texture,
     form: &'a Form,
@@ -292,7 +292,8 @@ impl<'a> Lacking<'a> {
         Some(Self { texture, form, wanted })
     }
 
-    /// What makes the bands that were asked for; of normals as such if they are `opaque`.
+    /// Starts the chain that makes the bands that were asked for; normals are filtered as such only if they are
+    /// `opaque`.
     fn start(&self, opaque: bool) -> Chain {
         let FormState { color_space, alpha, sampler, layout, .. } = self.form.state();
         let alpha = if *alpha == AlphaUse::Normals && !opaque { AlphaUse::Data } else { *alpha };
@@ -302,8 +303,7 @@ impl<'a> Lacking<'a> {
 }
 
 impl Scene {
-    /// What was lost of the textures of a model that are decoded when a picture asks for them, as far as pictures have asked:
-    /// one line each.
+    /// Losses in textures that are decoded on demand, as far as pictures have asked for them: one line each.
     #[must_use]
     pub fn texture_losses(&self) -> Vec<String> {
         let mut losses: Vec<String> = Vec::new();
@@ -334,7 +334,7 @@ impl Scene {
     }
 }
 
-/// Puts other textures in the places of those that a material reads; those that become none are left out.
+/// Replaces the textures that a material reads; those that become none are left out.
 pub fn settle(material: &mut Material, other: &dyn Fn(TextureId) -> Option<TextureId>) {
     for (parameter, slot) in slots() {
         let Some(&read) = slot.get(material) else { continue };

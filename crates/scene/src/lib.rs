@@ -1,8 +1,8 @@
-//! The resolved scene: what is to be drawn, valid by construction.
+//! The resolved scene: all that is drawn, valid by construction.
 //!
-//! A [`Scene`] is filled by a loader or by hand through its `add_*` methods. Each checks what it takes (lengths,
-//! index ranges, finite numbers, ids that exist), so that no later stage has to: the renderer cannot meet malformed
-//! input. World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
+//! A [`Scene`] is filled by a loader or by hand through its `add_*` methods. Each checks its input (lengths, index
+//! ranges, finite numbers, ids that exist), so that no later stage has to: the renderer cannot meet malformed input.
+//! World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
 
 mod bounds;
 mod camera;
@@ -69,8 +69,8 @@ macro_rules! id {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub struct $name(pub(crate) u32);
         impl $name {
-            /// The name of what is at a position of a scene's list. Nothing is there to hold it against: the scene that it is
-            /// used with says if there is no such thing.
+            /// Id of the element at a position of a scene's list. It is not checked here, but by the scene that it is
+            /// used with.
             #[must_use]
             pub const fn from_index(index: u32) -> Self {
                 Self(index)
@@ -92,9 +92,9 @@ id!(SplatCloudId, "splat cloud");
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Instance {
-    /// What is drawn.
+    /// Mesh to draw.
     pub mesh: MeshId,
-    /// What it is made of.
+    /// Material of the mesh.
     pub material: MaterialId,
     /// Object to world space.
     pub transform: Transform,
@@ -106,7 +106,7 @@ pub struct Instance {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SplatInstance {
-    /// What is drawn.
+    /// Cloud to draw.
     pub cloud: SplatCloudId,
     /// Object to world space.
     pub transform: Transform,
@@ -247,7 +247,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds a light. Its direction may have any length but zero: what [`Scene::lights`] has is a unit vector.
+    /// Adds a light. Its direction may have any length but zero; that in [`Scene::lights`] is a unit vector.
     ///
     /// # Errors
     /// [`SceneError`] if a number of it is not finite or out of its range; [`SceneError::NoLength`] if its direction is
@@ -288,12 +288,12 @@ impl Scene {
         Ok(())
     }
 
-    /// What it is made of has changed.
+    /// Renews the revision after a change of geometry or materials.
     fn change(&mut self) {
         self.revision = Revision::next();
     }
 
-    /// Its lights or its environment have changed.
+    /// Renews the revision of lights and environment.
     fn relight(&mut self) {
         self.lighting = Revision::next();
     }
@@ -303,7 +303,7 @@ impl Scene {
         self.lighting
     }
 
-    /// Names what it is made of.
+    /// Name of its state: textures, materials, meshes and where they are.
     pub fn revision(&self) -> Revision {
         self.revision
     }
@@ -358,7 +358,7 @@ impl Scene {
     pub fn splats(&self) -> &[SplatCloud] {
         &self.splats
     }
-    /// Where clouds of splats are, in the order of adding. Of splats at the same distance the first is in front.
+    /// Placed clouds of splats, in the order of adding. Of splats at the same distance the first is in front.
     #[must_use]
     pub fn splat_instances(&self) -> &[SplatInstance] {
         &self.splat_instances
@@ -389,12 +389,12 @@ impl Scene {
     pub fn camera_names(&self) -> &[String] {
         &self.camera_names
     }
-    /// What surrounds the scene.
+    /// Environment of the scene.
     #[must_use]
     pub fn environment(&self) -> &Environment {
         &self.environment
     }
-    /// How the axes of the file lie in the scene that it became.
+    /// Axes of the file in the scene that it became.
     #[must_use]
     pub fn orientation(&self) -> Orientation {
         self.orientation
@@ -408,7 +408,7 @@ impl Scene {
         };
         self.instances.iter().map(|i| count(&self.meshes[i.mesh.index()])).sum()
     }
-    /// How many triangles, lines or points there are, every instance counted.
+    /// Number of triangles, lines or points, every instance counted.
     #[must_use]
     pub fn count_of(&self, kind: PrimitiveKind) -> u64 {
         let meshes = self.instances.iter().map(|instance| &self.meshes[instance.mesh.index()]);
@@ -420,8 +420,8 @@ impl Scene {
     pub fn bounds(&self) -> Bounds {
         self.bounds_with(SplatCloud::bounds)
     }
-    /// [`Scene::bounds`] without what a camera need not show: splats that are hardly opaque, and the few that lie far from all
-    /// others.
+    /// [`Scene::bounds`] without the parts a camera need not show: splats that are hardly opaque, and the few that lie
+    /// far from all others.
     #[must_use]
     pub fn shown_bounds(&self) -> Bounds {
         self.bounds_with(SplatCloud::shown_bounds)

@@ -14,12 +14,13 @@ fn extent(what: &'static str, edge: &[f32; 3]) -> Result<(), SceneError> {
     within(what, &[length], MIN_EXTENT, MAX_EXTENT)
 }
 
-/// What kind of light.
+/// Kind and placement of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     /// Infinitely far away; intensity is illuminance in lux at a surface that faces it.
     Directional {
-        /// In which the light travels; of any length but zero, [`super::Scene::add_light`] makes it a unit vector.
+        /// Direction in which the light travels; of any length but zero, [`super::Scene::add_light`] makes it a unit
+        /// vector.
         direction: [f32; 3],
     },
     /// A point; intensity is luminous intensity in candela.
@@ -60,12 +61,12 @@ pub enum LightKind {
     Tube {
         /// World-space ends of its axis in metres.
         ends: [[f32; 3]; 2],
-        /// Radius in metres; small against its distance from what it shines on.
+        /// Radius in metres; small against its distance from the surfaces that it lights.
         radius: f32,
     },
 }
 
-/// How reflections of lights with an extent are integrated.
+/// Integration of specular reflections of area lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AreaLightMethod {
     /// By linearly transformed cosines, as engines do: off by 2 percent of a GGX lobe seen from above and by 15 percent at
@@ -133,8 +134,8 @@ impl Light {
 }
 
 impl Light {
-    /// The light, moved with what it belongs to. Its range, the radius of a tube and the sides of a rectangle are scaled as lengths
-    /// are; its intensity stays.
+    /// The light, moved by a transform. Its range, the radius of a tube and the sides of a rectangle are
+    /// scaled as lengths are; its intensity stays.
     ///
     /// # Errors
     /// [`SceneError`] if a number of it would not be finite or leave its range.

@@ -1,4 +1,4 @@
-//! What materials may have beyond base, coat and emission: parameters with textures, in groups.
+//! Parameters of materials beyond base, coat and emission, with textures, in groups by lobe.
 //!
 //! Every group's default is "none of it", and costs nothing.
 
@@ -87,16 +87,16 @@ group! {
         thickness: [f32; 2] = [100.0, 400.0],
         /// Linear data, thickness in green.
         thickness_texture: Option<TextureRef> = None,
-        /// StackLit under a coat: how much of the film's total reflection of light on its way out is made up for, 0 to 1
-        /// (`_IridescenceCoatFixupTIR`).
+        /// StackLit under a coat: share of the film's total internal reflection of light on its way out that is made
+        /// up for, 0 to 1 (`_IridescenceCoatFixupTIR`).
         coat_fixup_tir: f32 = 0.0,
-        /// How far that may go, 0 to 1 (`_IridescenceCoatFixupTIRClamp`).
+        /// Upper limit of that compensation, 0 to 1 (`_IridescenceCoatFixupTIRClamp`).
         coat_fixup_tir_clamp: f32 = 0.0,
     }
 }
 
 group! {
-    /// What the coat is made of. glTF's coat has index 1.5 and no colour.
+    /// Medium of the coat. glTF's coat has index 1.5 and no colour.
     CoatMedium {
         /// Index of refraction, 1 to 3. HDRP Lit, URP, Filament, three.js and glTF have 1.5 whatever is written here.
         ior: f32 = 1.5,
@@ -104,9 +104,9 @@ group! {
         thickness: ScalarParameter = ScalarParameter::default(),
         /// Extinction of red, green and blue per unit of length, 0 or more (StackLit, Babylon.js).
         extinction: [f32; 3] = [1.0; 3],
-        /// What a coat looked at from above lets through, 0 to 1 (OpenPBR, Babylon.js).
+        /// Transmittance of the coat at normal incidence, linear, 0 to 1 (OpenPBR, Babylon.js).
         color: ColorParameter = ColorParameter::from([1.0; 3]),
-        /// How much of the darkening by inner reflection is applied, 0 to 1 (OpenPBR).
+        /// Share of the darkening by inner reflection that is applied, 0 to 1 (OpenPBR).
         darkening: f32 = 1.0,
         /// As [`Anisotropy::strength`], of the coat, 0 to 1 (OpenPBR).
         anisotropy: f32 = 0.0,
@@ -123,9 +123,9 @@ group! {
         anisotropy: f32 = 0.0,
         /// Share of lobe B, 0 to 1.
         mix: ScalarParameter = ScalarParameter::default(),
-        /// How hazy, 0 to 1: with haze, roughness, anisotropy and mix of lobe B follow from it.
+        /// Strength of the haze, 0 to 1: with haze, roughness, anisotropy and mix of lobe B follow from it.
         haziness: ScalarParameter = ScalarParameter::default(),
-        /// How far haze extends, 0 or more.
+        /// Width of the haze, 0 or more.
         haze_extent: f32 = 3.0,
         /// Most F0 that haze may give a dielectric, 0 to 1.
         haze_max_dielectric_f0: f32 = 0.25,
@@ -133,8 +133,8 @@ group! {
 }
 
 group! {
-    /// Light in and through the base: HDRP's diffusion profile as StackLit reads it. Light is not spread over the surface;
-    /// what remains is the profile's F0, its texturing mode and transmission.
+    /// Light in and through the base: HDRP's diffusion profile as StackLit reads it. Light is not spread over the
+    /// surface; the rest is the profile's F0, its texturing mode and transmission.
     Subsurface {
         /// 0 none to 1 full.
         mask: ScalarParameter = ScalarParameter::default(),
@@ -152,8 +152,8 @@ group! {
 }
 
 group! {
-    /// What a material knows of the occlusion of its reflections beyond ambient occlusion. Which of it is read, if any, is
-    /// decided by [`super::StackLitOptions::specular_occlusion`].
+    /// Occlusion of reflections beyond ambient occlusion. Which of it is read, if any, is decided by
+    /// [`super::StackLitOptions::specular_occlusion`].
     ReflectionOcclusion {
         /// Visibility of reflections, 0 none to 1 all, for [`super::SpecularOcclusionMethod::Custom`].
         specular: ScalarParameter = ScalarParameter::from(1.0),
@@ -171,7 +171,7 @@ pub struct Lobes {
     pub anisotropy: Anisotropy,
     /// Thin film.
     pub iridescence: Iridescence,
-    /// What the coat is made of.
+    /// Medium of the coat.
     pub coat: CoatMedium,
     /// Second lobe or haze.
     pub second: SecondLobe,

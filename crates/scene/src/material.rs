@@ -1,4 +1,4 @@
-//! What surfaces are made of, in the terms of glTF, for every shading model to read in its own way.
+//! Materials in the terms of glTF, for every shading model to read in its own way.
 
 use super::error::within;
 use super::lobes::Lobes;
@@ -7,7 +7,7 @@ use super::model_options::ModelOptions;
 use super::parameters::{check, slots};
 use super::{SceneError, TextureId};
 
-/// How base colour and reflectance are given.
+/// Workflow in which base colour and reflectance are given.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Workflow {
     /// glTF's default.
@@ -30,7 +30,7 @@ pub enum Workflow {
     },
 }
 
-/// Whether and how a surface lets what is behind it through.
+/// Treatment of a surface's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     /// Alpha is ignored.
@@ -40,7 +40,7 @@ pub enum AlphaMode {
         /// Threshold; above 1 nothing is present.
         cutoff: f32,
     },
-    /// Blended over what is behind it.
+    /// Blended over the surfaces behind it.
     Blend,
 }
 
@@ -115,7 +115,7 @@ pub struct Material {
     pub normal_texture: Option<NormalTexture>,
     /// Linear data, ambient occlusion in red.
     pub occlusion_texture: Option<TextureRef>,
-    /// How much of the occlusion applies, 0 to 1.
+    /// Strength of the occlusion, 0 to 1.
     pub occlusion_strength: f32,
     /// Emitted radiance, linear, already multiplied by KHR_materials_emissive_strength.
     pub emissive: [f32; 3],
@@ -184,7 +184,7 @@ impl Material {
         slots().filter_map(|(_, slot)| slot.get(self))
     }
 
-    /// The same with other textures in the places of those that it reads.
+    /// The same with replacements of the textures that it reads.
     #[must_use]
     pub fn with_textures(mut self, other: impl Fn(TextureId) -> TextureId) -> Self {
         for (_, slot) in slots() {
@@ -195,7 +195,7 @@ impl Material {
         self
     }
 
-    /// Whether it reads textures by each of the two sets of texture coordinates.
+    /// Sets of texture coordinates that its textures read: true for each of the two in use.
     #[must_use]
     pub fn uv_sets(&self) -> [bool; 2] {
         let mut sets = [false; 2];
@@ -225,13 +225,14 @@ impl Material {
         }
     }
 
-    /// True if light passes straight through the surface: it is drawn after all others, and what is behind it shows.
+    /// True if light passes straight through the surface: it is drawn after all others, and surfaces behind it show
+    /// through.
     #[must_use]
     pub fn is_transmissive(&self) -> bool {
         !self.unlit && self.lobes.transmission.factor.factor > 0.0
     }
 
-    /// True if what is behind it is seen refracted or blurred, and not just dimmed.
+    /// True if surfaces behind it are seen refracted or blurred, and not just dimmed.
     #[must_use]
     pub fn refracts(&self) -> bool {
         let smooth = match self.workflow {

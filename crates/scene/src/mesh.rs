@@ -5,7 +5,7 @@ use super::framing::{extent, seen};
 use super::{Bounds, MAX_COORDINATE, SceneError};
 use std::sync::{Arc, OnceLock};
 
-/// What a mesh is made of.
+/// Kind of a mesh's primitives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PrimitiveKind {
     /// Triangles.
@@ -35,14 +35,14 @@ pub struct MeshData {
     pub colors: Vec<[f32; 4]>,
     /// Three vertices each, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
-    /// Whether these are triangles.
+    /// Kind of primitives that these indices form.
     pub kind: PrimitiveKind,
 }
 
 /// Vertices of a mesh at most: of their numbers, the rasterizer uses one bit for something else.
 pub const MAX_VERTICES: usize = 1 << 31;
 
-/// What points are drawn as where neither their file nor the picture says it: surface elements.
+/// Surface elements: discs that points are drawn as where neither their file nor the picture gives a size.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surfels {
     /// Radius of the disc of each vertex, in object space. Empty: 0.
@@ -101,7 +101,8 @@ impl Mesh {
             let vertex = data.triangles[triangle].iter().copied().fold(0, u32::max);
             SceneError::IndexOutOfRange { triangle, vertex, vertices }
         })?;
-        // The box is of what is drawn: vertices without a triangle do not count, nor do those of triangles without area.
+        // The box is that of the visible primitives: vertices without a triangle do not count, nor do those of
+        // degenerate triangles.
         let mut bounds = extent::bounds(&data.positions, &data.triangles, &used);
         if let Some(seen) = seen::vertices(&data, &bounds) {
             bounds = extent::bounds(&data.positions, &data.triangles, &seen);
@@ -115,7 +116,7 @@ impl Mesh {
     pub fn data(&self) -> &MeshData {
         &self.data
     }
-    /// Whether it is a copy of the same mesh.
+    /// True if both share their attributes, as copies of one mesh do.
     #[must_use]
     pub fn is_copy_of(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.data, &other.data)
@@ -150,12 +151,12 @@ impl Mesh {
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.data.triangles
     }
-    /// What it is made of.
+    /// Kind of its primitives.
     #[must_use]
     pub fn kind(&self) -> PrimitiveKind {
         self.data.kind
     }
-    /// How many triangles, lines or points it is made of.
+    /// Number of triangles, lines or points.
     #[must_use]
     pub fn primitive_count(&self) -> usize {
         match self.data.triangles.len() {
@@ -169,16 +170,16 @@ impl Mesh {
     pub fn point(&self, number: usize) -> u32 {
         self.data.triangles.get(number).map_or(number as u32, |&[vertex, ..]| vertex)
     }
-    /// What its points are drawn as, once that has been found.
+    /// Surface elements of its points, once they have been computed.
     #[must_use]
     pub fn surfels(&self) -> Option<&Surfels> {
         self.surfels.get()
     }
-    /// Says what its points are drawn as, unless that has been said.
+    /// Sets the surface elements of its points, unless they have been set.
     pub fn set_surfels(&self, surfels: Surfels) {
         let _ = self.surfels.set(surfels);
     }
-    /// The normals that it is shaded with: its own, or those of its [`Surfels`].
+    /// Shading normals: its own, or those of its [`Surfels`].
     #[inline]
     #[must_use]
     pub fn shading_normals(&self) -> &[[f32; 3]] {

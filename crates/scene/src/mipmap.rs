@@ -20,11 +20,11 @@ const INVISIBLE: f32 = 1.0 / 65536.0;
 /// A texel before rounding, in units of its [`Meaning`].
 type Sum = [f32; 4];
 
-/// What texels are, and so what is averaged.
+/// Meaning of texels, which decides the quantity that is averaged.
 trait Meaning: Send {
-    /// What is added up of a texel.
+    /// Summand of a texel.
     fn decode(texel: [u8; 4]) -> Sum;
-    /// The texel of an average.
+    /// Texel of an average.
     fn encode(mean: Sum) -> [u8; 4];
 }
 
@@ -60,17 +60,17 @@ pub struct Chain {
     bands: RowBands,
     /// Rows of the image that came in.
     row: u32,
-    /// How many rows decide.
+    /// Number of image rows that the bands depend on, from the top.
     rows: u32,
     levels: Box<dyn Rows>,
-    /// Of the bands; if those are all, of the levels below the image.
+    /// Texels of the bands; if all bands are kept, of the levels below the image.
     texels: Vec<[u8; 4]>,
     /// The image, if all bands are kept.
     image: Option<Vec<[u8; 4]>>,
 }
 
 impl Chain {
-    /// Of an image with these levels, of which those rows are kept that are in `bands`. `alpha` is no mask: those ask for the
+    /// Starts the levels of an image, of which the rows in `bands` are kept. `alpha` is no mask: those ask for the
     /// whole image.
     pub fn new(levels: &[LevelLayout], bands: RowBands, color_space: ColorSpace, alpha: AlphaUse) -> Self {
         let size = levels.first().map(|image| image.width as usize * image.height as usize);
@@ -97,7 +97,7 @@ impl Chain {
         Self { bands, row: 0, rows, levels, texels: vec![[0; 4]; count], image }
     }
 
-    /// Whether no further row of the image decides about what is kept.
+    /// True if the bands depend on no further row of the image.
     pub fn is_done(&self) -> bool {
         self.row >= self.rows
     }
@@ -117,17 +117,17 @@ impl Chain {
         self.levels.take(row, &mut Kept { bands, texels: &mut self.texels });
     }
 
-    /// What was made, once all rows are in.
+    /// The kept rows, once all rows are in.
     pub fn finish(self) -> Made {
         let Self { bands, texels, image, .. } = self;
         Made { bands, texels, image }
     }
 }
 
-/// What a [`Chain`] made.
+/// Result of a [`Chain`].
 pub struct Made {
     pub bands: RowBands,
-    /// Of the bands; if those are all, of the levels below the image.
+    /// Texels of the bands; if all bands are kept, of the levels below the image.
     pub texels: Vec<[u8; 4]>,
     /// The texels of the image, if all bands were kept.
     pub image: Option<Vec<[u8; 4]>>,
@@ -143,7 +143,7 @@ impl Rows for () {
     fn take(&mut self, _: &[[u8; 4]], _: &mut Kept<'_>) {}
 }
 
-/// What is kept of levels: all of them, or some bands.
+/// Destination of the levels: all of them, or some bands.
 struct Kept<'a> {
     bands: Option<&'a RowBands>,
     texels: &'a mut [[u8; 4]],
@@ -329,7 +329,7 @@ struct Cascade<M> {
 }
 
 impl<M: Meaning> Cascade<M> {
-    /// Of an image of this size.
+    /// Starts the levels of an image of this size.
     fn new([width, height]: [u32; 2], levels: &[LevelLayout]) -> Self {
         let is_even = width.is_multiple_of(2) && height.is_multiple_of(2) && !levels.is_empty();
         let mut source = [width, height];
@@ -389,8 +389,8 @@ fn descend<M: Meaning>(stages: &mut [Stage], row: &[Sum], kept: &mut Kept<'_>) {
     }
 }
 
-/// The row that two rows of an image of even size make: what a [`Stage`] would make of them one after the other, with the
-/// same bits, but nothing is kept between. Three quarters of all texels pass here.
+/// The row that two rows of an image of even size make, as a [`Stage`] would make it of them one after the other, with
+/// the same bits, but nothing is kept between. Three quarters of all texels pass here.
 fn halve<M: Meaning>(upper: &[[u8; 4]], lower: &[[u8; 4]], row: &mut [Sum]) {
     let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
     for (to, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
@@ -459,8 +459,8 @@ impl Meaning for Normals {
         [x, y, z, length_squared(normal)]
     }
 
-    /// The mean of the squares less the square of the mean is what the normals vary by: nothing where all are equal, whatever
-    /// rounding has made of their length.
+    /// The mean of the squares less the square of the mean is the variance of the normals: 0 where all are equal,
+    /// whatever rounding has made of their length.
     #[inline(always)]
     fn encode([r, g, b, square]: Sum) -> [u8; 4] {
         let variance = square - length_squared([r, g, b]);

@@ -39,14 +39,14 @@ pub enum ShadingModel {
     Velvet,
     /// Babylon.js 9.35, `PBRMaterial`.
     Babylon,
-    /// The model of the house, of the parts that come nearest to a path tracer: what materials mean that name no model.
+    /// The model of the house, of the parts that come nearest to a path tracer: for materials that name no model.
     #[default]
     Standard,
     /// StackLit repaired: the adding method with a diffuse term of its own, measured on a random walk through the layers.
     StackLitD,
 }
 
-/// What a material can have that some models do not know.
+/// Features of a material that only some models support.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
     Sheen,
@@ -103,7 +103,7 @@ impl Feature {
         }
     }
 
-    /// Whether a material has it.
+    /// True if a material uses the feature.
     fn is_in(self, material: &Material) -> bool {
         let lobes = &material.lobes;
         let (coated, medium) = (material.coat > 0.0, &lobes.coat);
@@ -119,7 +119,7 @@ impl Feature {
             F::CoatAbsorption => coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
             F::CoatColor => coated && medium.color.factor != [1.0; 3],
             F::CoatIor => coated && medium.ior != 1.5,
-            // 0 is what models do that do not know it.
+            // 0 is the behaviour of models without the feature.
             F::CoatDarkening => coated && medium.darkening != 1.0 && medium.darkening != 0.0,
             F::CoatAnisotropy => coated && medium.anisotropy != 0.0,
             F::SecondLobe => lobes.second.mix.factor > 0.0 || lobes.second.haziness.factor > 0.0,
@@ -131,14 +131,14 @@ impl Feature {
     }
 }
 
-/// What is known of a model without its formulas.
+/// Entry of the table of models: all but the formulas.
 struct Entry {
     model: ShadingModel,
     /// As `--shading` and material files take it.
     name: &'static str,
-    /// Of which engine or version, in brackets behind the name.
+    /// Engine or version of the model, shown in brackets behind the name.
     version: &'static str,
-    /// What it knows beside base and emission.
+    /// Features it supports beside base and emission.
     knows: &'static [Feature],
 }
 
@@ -245,13 +245,13 @@ impl ShadingModel {
         self.entry().name
     }
 
-    /// Of which engine or version it is, in a few words that follow the name.
+    /// Engine or version of the model, in a few words that follow the name.
     #[must_use]
     pub fn version(self) -> &'static str {
         self.entry().version
     }
 
-    /// True if the model reads that of a material.
+    /// True if the model supports the feature.
     pub fn knows(self, feature: Feature) -> bool {
         self.entry().knows.contains(&feature)
     }
@@ -268,7 +268,7 @@ impl ShadingModel {
         TABLE.iter().find(|entry| entry.name == name).map(|entry| entry.model)
     }
 
-    /// What a material has and this model does not know, for a warning.
+    /// Names of the features that a material uses and this model does not support, for a warning.
     pub fn leaves_out(self, material: &Material) -> impl Iterator<Item = &'static str> {
         let knows = self.entry().knows;
         let coat = knows.contains(&F::Coat);

@@ -1,4 +1,4 @@
-//! Switches of the models: what the engines decide when a shader is compiled, and not by textures.
+//! Switches of the models, which engines set when a shader is compiled, and not by textures.
 
 /// The switches of each model that has some. Those of other models than the one that shades mean nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -113,7 +113,7 @@ macro_rules! named {
     };
 }
 
-/// How StackLit bends the coat's cosine where coat and base have normals of their own
+/// Cosine with the view that StackLit uses for the coat where coat and base have normals of their own
 /// (`_VLAYERED_DUAL_NORMALS_TOP_FIX_*`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DualNormalFix {
@@ -128,25 +128,25 @@ pub enum DualNormalFix {
 
 named!(DualNormalFix { Flip "flip", Geometric "geometric", None "none" });
 
-/// Where StackLit takes the occlusion of reflections from.
+/// Source of StackLit's occlusion of reflections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SpecularOcclusionMethod {
-    /// Nowhere.
+    /// No occlusion.
     Off,
     /// From ambient occlusion, view angle and roughness (Lagarde and de Rousiers 2014).
     #[default]
     FromAmbientOcclusion,
     /// The intersection of the cone of visible directions, about the bent normal, with the cone of the lobe.
     ConeCone,
-    /// The same with the bent normal of strongly occluded places turned towards the geometric normal.
+    /// The same with the bent normal of strongly occluded points turned towards the geometric normal.
     ConeConeTilted,
-    /// What the material states: [`super::ReflectionOcclusion::specular`].
+    /// The material's own value: [`super::ReflectionOcclusion::specular`].
     Custom,
 }
 
 named!(SpecularOcclusionMethod { Off "off", FromAmbientOcclusion "from-ambient-occlusion", ConeCone "cone-cone", ConeConeTilted "cone-cone-tilted", Custom "custom" });
 
-/// How ambient occlusion was weighted when it was baked, for the cone of visible directions
+/// Weighting of the ambient occlusion when it was baked, for the cone of visible directions
 /// (`BENT_VISIBILITY_FROM_AO_*`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum OcclusionCone {

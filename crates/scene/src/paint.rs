@@ -1,32 +1,33 @@
-//! What car paint has beyond colour and coat: flakes in the base, and what keeps the coat from being a perfect mirror.
+//! Car paint beyond colour and coat: flakes in the base, orange peel and scratches in the coat.
 //!
-//! None of it is read from textures or needs texture coordinates: it is made where the surface is, in the object's own space, so
-//! that it moves with the object and has the same size wherever on it. Lengths are metres of the scene (of the object, where its
-//! transform scales it: what is drawn twice as large has flakes of the size that is written here).
+//! None of it is read from textures or needs texture coordinates: it is procedural, in the object's own space, so that
+//! it moves with the object and has the same size all over it. Lengths are metres of the scene (of the object, where
+//! its transform scales it: an object drawn twice as large has flakes of the size that is written here).
 //!
-//! Every shading model shows flakes, and every one whose coat has normals of its own shows the rest. What a pixel shows is a mix of a few surfaces, each shaded by the model's own formulas: the
-//! base as it is, the flakes, and both beneath what scratches have left of the coat.
+//! Every shading model shows flakes, and every one whose coat has normals of its own shows the rest. The colour of a
+//! pixel is a mix of a few surfaces, each shaded by the model's own formulas: the base as it is, the flakes, and both
+//! beneath the scratched coat.
 
 use super::Material;
 use super::lobes::group;
 
 impl Material {
-    /// Whether there are flakes in the base.
+    /// True if there are flakes in the base.
     pub fn has_flakes(&self) -> bool {
         self.lobes.flakes.share > 0.0
     }
 
-    /// Whether the coat has waves.
+    /// True if the coat has orange peel.
     pub fn has_orange_peel(&self) -> bool {
         self.coat > 0.0 && self.lobes.coat_surface.peel > 0.0
     }
 
-    /// Whether the coat has scratches.
+    /// True if the coat has scratches.
     pub fn has_scratches(&self) -> bool {
         self.coat > 0.0 && self.lobes.coat_surface.scratches > 0.0
     }
 
-    /// Whether there is any of it.
+    /// True if there are flakes, orange peel or scratches.
     pub fn is_painted(&self) -> bool {
         self.has_flakes() || self.has_orange_peel() || self.has_scratches()
     }
@@ -43,12 +44,12 @@ group! {
     Flakes {
         /// Share of the base that they cover, 0 none to 1 all.
         share: f32 = 0.0,
-        /// Reflectance at normal incidence, linear, 0 to 1. Of what carries a film: that of what is beneath the film.
+        /// Reflectance at normal incidence, linear, 0 to 1. With a film: that of the flake beneath the film.
         color: [f32; 3] = [0.91, 0.92, 0.92],
         /// Their diameter in metres, [`Flakes::LEAST_SIZE`] or more.
         size: f32 = 0.000_3,
-        /// How far they lie from flat, 0 (all of them flat) to 1: the perceptual roughness of the GGX surface that perfectly smooth
-        /// ones make together.
+        /// Spread of their tilt, 0 (all of them flat) to 1: the perceptual roughness of the GGX surface that perfectly
+        /// smooth ones make together.
         spread: f32 = 0.5,
         /// Perceptual roughness of each flake, 0 to 1.
         roughness: f32 = 0.2,
@@ -56,7 +57,7 @@ group! {
         film_thickness: f32 = 0.0,
         /// Index of refraction of the film, 1.5 or more: that of the paint around it is 1.5. Titania has about 2.5, iron oxide 2.9.
         film_ior: f32 = 2.5,
-        /// How much of what a flake does not reflect reaches the base beneath, 0 none (metal) to 1 all (mica).
+        /// Share of the light a flake does not reflect that reaches the base beneath, 0 none (metal) to 1 all (mica).
         transparency: f32 = 0.0,
     }
 }
@@ -67,7 +68,7 @@ impl Flakes {
 }
 
 group! {
-    /// What a coat's own surface is like where it is no perfect mirror, which the default is.
+    /// Surface of a coat that is no perfect mirror, which the default is.
     CoatSurface {
         /// Orange peel: the root mean square of the slopes of its waves along each axis, 0 none to 1. Good paintwork has .005, bad .03.
         peel: f32 = 0.0,

@@ -1,4 +1,4 @@
-//! Meshes by formula: what a scene by hand is put together from.
+//! Procedural meshes, for scenes built by hand.
 //!
 //! Each is centred at the origin, with unit normals that point outwards, triangles that are counter-clockwise seen from
 //! outside, and unit tangents that follow u, so that normal maps fit. The texture is upright and not mirrored for who looks
@@ -163,7 +163,7 @@ pub fn torus_knot(
     mesh.finish()
 }
 
-/// A place along a knot: the curve lies on a torus, whose normal is one axis of the tube's cross-section.
+/// A point along a knot: the curve lies on a torus, whose normal is one axis of the tube's cross-section.
 struct Section {
     center: [f64; 3],
     /// Along the curve, away from the torus, and their cross product.
@@ -177,7 +177,7 @@ struct Section {
 }
 
 impl Section {
-    /// The place at an angle that goes once from 0 to 2 pi along the curve.
+    /// The point at an angle that goes once from 0 to 2 pi along the curve.
     fn new([p, q]: [f64; 2], radius: f64, t: f64) -> Self {
         let ((sp, cp), (sq, cq)) = (sin_cos(p * t), sin_cos(q * t));
         let r = 0.5 * radius;

@@ -1,10 +1,11 @@
-//! Names for the states of scenes, so that what was found of one need not be found again.
+//! Revisions: names for the states of scenes, as keys of cached results.
 
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
-/// Names what a scene is made of: textures, materials, meshes and where they are. Scenes with the same name are made of the same;
-/// copies share it until one of them changes. Lights and the environment have a name of their own; cameras do not count.
+/// Name of the state of a scene: textures, materials, meshes and where they are. Scenes with the same name are equal
+/// in these; copies share it until one of them changes. Lights and the environment have a name of their own; cameras
+/// do not count.
 ///
 /// It says nothing about scenes that are alike by chance, and is never part of a result.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]

@@ -1,11 +1,11 @@
-//! Row bands: levels of which only some rows are there, eight by eight.
+//! Row bands: mip levels of which only some rows are resident, in bands of eight.
 
 use super::LevelLayout;
 
 /// Rows of a band, as a power of two.
 pub const BAND_SHIFT: u32 = 3;
 
-/// How the rows of all levels divide into bands, one level after the other.
+/// Division of the rows of all mip levels into bands, one level after the other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BandLayout {
     levels: Vec<LevelLayout>,
@@ -15,21 +15,21 @@ pub struct BandLayout {
     count: usize,
 }
 
-/// Which bands of a texture are there, and where.
+/// Resident bands of a texture, and their offsets.
 #[derive(Debug)]
 pub struct RowBands {
     layout: BandLayout,
-    /// A bit for each.
+    /// A bit for each band, set if it is resident.
     present: Vec<u64>,
-    /// Of each band what takes the texel of a column and a row of its level to its place among the texels that are there: that
-    /// is `place + row * width + column`. The bytes of an `i32`, little-endian; of bands that are not there, some number.
+    /// Per-band offset: `offset + row * width + column`, with row and column in the level, indexes the resident
+    /// texels. The bytes of an `i32`, little-endian; of no meaning for bands that are not resident.
     places: Vec<[u8; 4]>,
     /// Texels of all that are there.
     texels: usize,
 }
 
 impl BandLayout {
-    /// Of levels, the largest first.
+    /// Layout of these levels, the largest first.
     pub fn new(levels: &[LevelLayout]) -> Self {
         let mut count = 0;
         let mut first_of = |level: &LevelLayout| {
@@ -63,7 +63,7 @@ impl BandLayout {
 }
 
 impl RowBands {
-    /// Those of which `present` has a bit, and no others.
+    /// Bands whose bit in `present` is set, and no others.
     pub fn new(layout: &BandLayout, mut present: Vec<u64>) -> Self {
         present.resize(layout.words(), 0);
         let mut places = vec![[0; 4]; layout.count];
@@ -87,7 +87,7 @@ impl RowBands {
         self.texels
     }
 
-    /// Whether all are there.
+    /// True if all bands are resident.
     pub fn are_all(&self) -> bool {
         self.layout.all().eq(self.present.iter().copied())
     }
@@ -98,19 +98,19 @@ impl RowBands {
         self.layout.firsts[level]
     }
 
-    /// What takes texels of each band to their places.
+    /// Offset of each band: `offset + row * width + column` indexes the resident texels; an `i32`, little-endian.
     #[inline(always)]
     pub fn places(&self) -> &[[u8; 4]] {
         &self.places
     }
 
-    /// Whether a band is there.
+    /// True if a band is resident.
     #[inline(always)]
     pub fn has(&self, band: u32) -> bool {
         self.present.get(band as usize / 64).is_some_and(|word| word >> (band % 64) & 1 == 1)
     }
 
-    /// How many rows of the image, from the top, decide about the rows that are there.
+    /// Number of image rows, from the top, that the resident rows depend on.
     pub fn source_rows(&self) -> u32 {
         let BandLayout { levels, firsts, .. } = &self.layout;
         let mut rows = 0_u32;
@@ -127,12 +127,12 @@ impl RowBands {
         rows
     }
 
-    /// A bit for each band that is there.
+    /// A bit for each band, set if it is resident.
     pub(super) fn present(&self) -> &[u64] {
         &self.present
     }
 
-    /// Where a row of a level begins among the texels that are there, if it is there.
+    /// Index of the first texel of a level's row among the resident texels, if the row is resident.
     pub(super) fn place(&self, level: usize, row: u32) -> Option<usize> {
         let band = self.layout.firsts[level] + (row >> BAND_SHIFT);
         let place = i64::from(i32::from_le_bytes(self.places[band as usize]));

@@ -18,7 +18,7 @@ const MAX_COEFFICIENT: f32 = 65504.0;
 /// Largest standard deviation of a splat in object space, in metres.
 pub const MAX_SPLAT_SCALE: f32 = 1e12;
 
-/// How colours of splats are encoded, and in what they are blended with each other.
+/// Colour space in which colours of splats are encoded and blended with each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SplatColorSpace {
     /// sRGB codes divided by 255, as all that is trained on photographs.
@@ -28,7 +28,7 @@ pub enum SplatColorSpace {
     Linear,
 }
 
-/// What splats are sorted by.
+/// Sort key of splats.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SplatOrder {
@@ -50,7 +50,7 @@ pub struct Splat {
     pub rotation: [f32; 4],
     /// Opacity in the middle, 0 to 1.
     pub opacity: f32,
-    /// Colour as a screen shows it, without what depends on the direction of view: 0.5 + 0.28209479 times the
+    /// Display-referred colour, without the part that depends on the direction of view: 0.5 + 0.28209479 times the
     /// coefficient of degree 0. Not limited to 0 to 1.
     pub color: [f32; 3],
 }
@@ -60,7 +60,7 @@ pub struct Splat {
 struct Lists {
     positions: Vec<[f32; 3]>,
     scales: Vec<[f32; 3]>,
-    /// Of unit length.
+    /// Unit quaternions (x, y, z, w), from the splat's axes to object space.
     rotations: Vec<[f32; 4]>,
     opacities: Vec<f32>,
     colors: Vec<[f32; 3]>,
@@ -119,7 +119,7 @@ impl SplatCloudBuilder {
         within("spherical harmonics", harmonics.as_flattened(), -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
         let rotation = splat.rotation.map(f64::from);
         let length = rotation.iter().map(|v| v * v).sum::<f64>().sqrt();
-        // What is shorter than any single precision number can be measured is no direction.
+        // A vector too short for single precision has no direction.
         if length < 1e-30 {
             return Err(SceneError::OutOfRange { what: "splat rotation", limit: 1e-30 });
         }
@@ -161,7 +161,7 @@ pub struct SplatCloud {
     order: SplatOrder,
     bounds: Bounds,
     shown: Bounds,
-    /// Centres beyond are left out of `shown`, and so is what is less opaque.
+    /// Centres beyond are left out of `shown`, and so are splats that are less opaque.
     core: Bounds,
     solid: f32,
 }
@@ -201,12 +201,12 @@ impl SplatCloud {
     pub fn degree(&self) -> u8 {
         self.degree
     }
-    /// How colours are encoded.
+    /// Colour space of the splats' colours.
     #[must_use]
     pub fn color_space(&self) -> SplatColorSpace {
         self.color_space
     }
-    /// What its splats are to be sorted by.
+    /// Sort key of its splats.
     #[must_use]
     pub fn order(&self) -> SplatOrder {
         self.order
@@ -236,7 +236,7 @@ impl SplatCloud {
         let first = index.saturating_mul(count);
         self.lists.harmonics.get(first..first.saturating_add(count)).unwrap_or_default()
     }
-    /// Everything that decides what is drawn, as 32-bit words, splat by splat.
+    /// All that affects the picture, as 32-bit words, splat by splat.
     pub fn words(&self) -> impl Iterator<Item = u32> + '_ {
         let lists = &*self.lists;
         let numbers = [
@@ -250,7 +250,7 @@ impl SplatCloud {
         numbers.chain(lists.harmonics.as_flattened().iter().map(|&bits| u32::from(bits)))
     }
 
-    /// Finds the boxes.
+    /// Computes the bounding boxes.
     fn measure(&mut self) {
         let lists = &*self.lists;
         let mut bounds = Bounds::EMPTY;
@@ -315,10 +315,12 @@ impl SplatCloud {
         &self.shown
     }
 
-    /// Calls `f` with what a camera is to show: centres of splats and the standard deviations to which each counts.
+    /// Calls `f` for the splats that a camera is to show, with their centres and the standard deviations to which each
+    /// counts.
     ///
-    /// Splats that are hardly opaque do not count (unless all are like that), nor do the few that lie far from all others:
-    /// beyond half the width that holds 96 of 100, on each axis. Captured scenes have both, around what is meant.
+    /// Splats that are hardly opaque do not count (unless all are like that), nor do the few that lie far from all
+    /// others: beyond half the width that holds 96 of 100, on each axis. Captured scenes have both, around their
+    /// subject.
     pub(super) fn for_each_solid(&self, mut f: impl FnMut(usize, [f64; 3], f64)) {
         for (index, position) in self.lists.positions.iter().enumerate() {
             let p = position.map(f64::from);

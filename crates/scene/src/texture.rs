@@ -58,7 +58,7 @@ impl Image {
     }
 }
 
-/// What the colour channels of an image mean. Alpha is linear in both.
+/// Encoding of an image's colour channels. Alpha is linear in both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColorSpace {
     /// Colours with the sRGB transfer function: base colour, emissive, specular colour, sheen colour.
@@ -67,7 +67,7 @@ pub enum ColorSpace {
     Linear,
 }
 
-/// What the alpha channel means when texels are averaged into mip levels.
+/// Meaning of the alpha channel when texels are averaged into mip levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum AlphaUse {
@@ -96,7 +96,7 @@ impl AlphaUse {
     }
 }
 
-/// What lies beyond the edge of a texture.
+/// Addressing beyond the edge of a texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
     /// The texture again.
@@ -108,7 +108,7 @@ pub enum Wrap {
     ClampToEdge,
 }
 
-/// How texels of one level are combined.
+/// Filter within a mip level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Filter {
     /// The nearest one.
@@ -118,7 +118,7 @@ pub enum Filter {
     Linear,
 }
 
-/// How mip levels are combined.
+/// Filter between mip levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum MipFilter {
     /// Level 0 only.
@@ -130,7 +130,7 @@ pub enum MipFilter {
     Linear,
 }
 
-/// How a texture is read.
+/// Wrapping and filtering of a texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sampler {
     /// Along u.
@@ -156,7 +156,7 @@ pub struct MipLevel<'a> {
     pub texels: &'a [[u8; 4]],
 }
 
-/// Where a level lies.
+/// Size and offset of a mip level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LevelLayout {
     /// Width in texels.
@@ -193,7 +193,7 @@ pub struct Texture {
     has_variance: bool,
     color_space: ColorSpace,
     sampler: Sampler,
-    /// Where levels come from that are not there.
+    /// Source of the levels that are not resident.
     lazy: Option<Form>,
 }
 
@@ -235,7 +235,7 @@ impl Texture {
         let size = image.size();
         let layout = full_layout(size, &sampler);
         let bands = RowBands::new(lazy.band_layout(), Vec::new());
-        // What is read of it before it is there is white, and not shown.
+        // Texels read before they are resident are white, and not shown.
         Some(Self {
             image: Arc::new(Image::white()),
             reduced: Arc::new(vec![[255; 4]]),
@@ -303,20 +303,20 @@ impl Texture {
     pub(crate) fn whole(&self) -> &Self {
         self.lazy.as_ref().map_or(self, |form| form.whole(self))
     }
-    /// Where levels come from that are not there.
+    /// Source of the levels that are not resident.
     pub fn form(&self) -> Option<&Form> {
         self.lazy.as_ref()
     }
-    /// What is there of it now, to be read for a picture.
+    /// The rows that are resident now, to be read for a picture.
     pub fn resident(&self) -> Self {
         self.lazy.as_ref().map_or_else(|| self.clone(), |form| form.resident(self))
     }
-    /// Which rows are there, if not all are.
+    /// Resident rows, if not all are.
     #[inline(always)]
     pub fn bands(&self) -> Option<&RowBands> {
         self.bands.as_deref()
     }
-    /// How many bands of rows are there.
+    /// Number of resident bands; the largest number if all rows are resident.
     pub fn band_count(&self) -> u32 {
         let count = |bands: &RowBands| bands.present().iter().map(|word| word.count_ones()).sum();
         self.bands().map_or(u32::MAX, count)
@@ -330,18 +330,17 @@ impl Texture {
     pub fn reduced(&self) -> &[[u8; 4]] {
         &self.reduced
     }
-    /// Where the levels lie.
+    /// Layout of the levels.
     pub fn layout(&self) -> &[LevelLayout] {
         &self.layout
     }
-    /// Whether this and another texture have their texels at the same places with the same weights: size and sampler are the
-    /// same.
+    /// True if both textures are filtered alike: size, sampler and resident rows are the same.
     #[must_use]
     pub fn is_read_like(&self, other: &Self) -> bool {
         (self.size, self.sampler) == (other.size, other.sampler)
             && self.bands().map(RowBands::present) == other.bands().map(RowBands::present)
     }
-    /// Whether alpha is 1 everywhere, in all levels.
+    /// True if alpha is 1 everywhere, in all levels.
     #[must_use]
     pub fn is_opaque(&self) -> bool {
         match &self.lazy {
@@ -349,41 +348,41 @@ impl Texture {
             None => self.is_opaque,
         }
     }
-    /// [`Texture::is_opaque`] of what is there.
+    /// [`Texture::is_opaque`] of the resident rows.
     #[inline(always)]
     pub fn reads_opaque(&self) -> bool {
         self.is_opaque
     }
-    /// Whether the alpha of some texel of level 0 passes.
+    /// True if the alpha of some texel of level 0 passes.
     pub(crate) fn has_alpha(&self, passes: impl Fn(u8) -> bool) -> bool {
         match &self.lazy {
             Some(form) => form.image().has_alpha(&passes),
             None => self.image.texels.iter().any(|texel| passes(texel[3])),
         }
     }
-    /// Whether alpha says how far normals stray: 1 less their standard deviation. True of maps that were made for
+    /// True if alpha holds the spread of normals: 1 less their standard deviation. So it is in maps that were made for
     /// [`AlphaUse::Normals`].
     #[must_use]
     pub fn has_variance(&self) -> bool {
         self.whole().has_variance
     }
-    /// [`Texture::has_variance`] of what is there.
+    /// [`Texture::has_variance`] of the resident rows.
     pub fn reads_variance(&self) -> bool {
         self.has_variance
     }
-    /// What the colour channels mean.
+    /// Encoding of the colour channels.
     #[must_use]
     pub fn color_space(&self) -> ColorSpace {
         self.color_space
     }
-    /// How it is read.
+    /// Wrapping and filtering.
     #[must_use]
     pub fn sampler(&self) -> &Sampler {
         &self.sampler
     }
 }
 
-/// Where all levels of an image lie.
+/// Layout of all levels of an image.
 pub(super) fn full_layout(size: [u32; 2], sampler: &Sampler) -> Vec<LevelLayout> {
     let [width, height] = size;
     let mut layout = vec![LevelLayout { width, height, offset: 0 }];
@@ -393,7 +392,7 @@ pub(super) fn full_layout(size: [u32; 2], sampler: &Sampler) -> Vec<LevelLayout>
     layout
 }
 
-/// Whether all texels have an alpha of 1.
+/// True if all texels have an alpha of 1.
 pub(super) fn is_opaque(texels: &[[u8; 4]]) -> bool {
     // By parts without a branch inside.
     texels.chunks(1024).all(|part| part.iter().fold(255, |alpha, texel| alpha & texel[3]) == 255)

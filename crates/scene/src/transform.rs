@@ -70,8 +70,8 @@ impl Transform {
         Self::from_parts(by, [0.0, 0.0, 0.0, 1.0], [1.0; 3])
     }
 
-    /// Turns by an angle in radians (magnitude up to 10^6) about an axis through the origin: counter-clockwise for who looks
-    /// against it. The axis may have any length but zero.
+    /// Turns by an angle in radians (magnitude up to 10^6) about an axis through the origin: counter-clockwise for a
+    /// viewer who looks against it. The axis may have any length but zero.
     ///
     /// # Errors
     /// [`SceneError::NotFinite`]; [`SceneError::NoLength`] if the axis is zero.
@@ -139,13 +139,13 @@ impl Transform {
         &self.rows
     }
 
-    /// Where a point goes.
+    /// Transforms a point.
     #[must_use]
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
         self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
     }
 
-    /// Where a direction goes (no translation, not normalised).
+    /// Transforms a direction (no translation, not normalised).
     #[must_use]
     pub fn direction(&self, d: [f64; 3]) -> [f64; 3] {
         self.rows.map(|r| r[0] * d[0] + r[1] * d[1] + r[2] * d[2])

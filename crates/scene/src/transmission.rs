@@ -4,11 +4,11 @@ use super::lobes::{ColorParameter, ScalarParameter, group};
 use super::parameters::MAX_FACTOR;
 
 group! {
-    /// What a dielectric base lets through in place of reflecting it diffusely. The default is nothing.
+    /// Light that a dielectric base transmits in place of reflecting it diffusely. The default is none.
     Transmission {
         /// Share of the light that is not reflected that passes straight through, refracted; 0 to 1, the texture's red.
         factor: ScalarParameter = ScalarParameter::default(),
-        /// Share of what is left that leaves on the other side in all directions; 0 to 1, the texture's alpha.
+        /// Share of the rest that leaves on the other side in all directions; 0 to 1, the texture's alpha.
         diffuse: ScalarParameter = ScalarParameter { channel: 3, ..ScalarParameter::default() },
         /// Colour of that diffuse light.
         diffuse_color: ColorParameter = ColorParameter::from([1.0; 3]),
@@ -19,7 +19,7 @@ group! {
         attenuation_color: [f32; 3] = [1.0; 3],
         /// In units of the world, more than 0; infinite where nothing is absorbed.
         attenuation_distance: f32 = f32::INFINITY,
-        /// 20 over the Abbe number of the volume, 0 or more: how far apart red and blue are refracted.
+        /// Dispersion: 20 over the Abbe number of the volume, 0 or more.
         dispersion: f32 = 0.0,
     }
 }
@@ -31,8 +31,8 @@ impl Transmission {
         self.thickness.factor > 0.0
     }
 
-    /// What a unit of length of the volume absorbs: -ln(attenuation colour) / attenuation distance. Finite: a channel of
-    /// 0 counts as the least number.
+    /// Extinction per unit of length in the volume: -ln(attenuation colour) / attenuation distance. Finite: a channel
+    /// of 0 counts as the least number.
     #[must_use]
     pub fn extinction(&self) -> [f32; 3] {
         self.attenuation_color.map(|c| {

@@ -1,4 +1,4 @@
-//! What a batch is made of: models and their pictures, from a manifest, a folder or a prefix.
+//! Items of a batch: models and their pictures, from a manifest, a folder or a prefix.
 
 use crate::place::{Place, is_url};
 use overcoat::load::Format;
@@ -9,26 +9,26 @@ use std::path::Path;
 /// A model and the pictures of it.
 #[derive(Clone, Debug)]
 pub struct Item {
-    /// Where the model's folder is.
+    /// Folder or prefix that the model's name is relative to.
     pub place: Place,
-    /// The model below that.
+    /// Path of the model below that place.
     pub name: String,
     /// The model as the report names it.
     pub shown: String,
-    /// What is to be made of it.
+    /// Pictures to make of it.
     pub pictures: Vec<Wanted>,
 }
 
 /// One picture of a model.
 #[derive(Clone, Debug)]
 pub struct Wanted {
-    /// Its file, below where the pictures go.
+    /// Path of its file below the output place.
     pub out: String,
-    /// How it is made.
+    /// Options of the picture.
     pub request: PictureRequest,
 }
 
-/// What every model gets that does not say otherwise.
+/// Defaults for models that do not set these options.
 #[derive(Clone, Debug, Default)]
 pub struct Defaults {
     /// Format, planes and the like.
@@ -42,7 +42,7 @@ pub struct Defaults {
 /// Endings of packed files.
 const PACKED: [&str; 2] = ["gz", "zst"];
 
-/// Whether a file is a model by its name.
+/// True if a file is a model by its name.
 #[must_use]
 pub fn is_model(name: &str) -> bool {
     let extension =
@@ -152,7 +152,7 @@ impl Defaults {
         if let Some(view) = row.remove("view") {
             row.insert("camera".to_owned(), serde_json::json!({ "view": view }));
         }
-        // What a row says itself is not asked for in several ways.
+        // Options that a row sets itself are not varied.
         if row.contains_key("size") {
             own.sizes.clear();
         }
@@ -207,7 +207,7 @@ fn place_of(model: &str, folder: &Path) -> Result<(Place, String), String> {
     Ok((Place::Folder(path.parent().unwrap_or(Path::new("")).to_owned()), name.to_owned()))
 }
 
-/// What of a model's name the names of its pictures are made of.
+/// Part of a model's name that the names of its pictures are derived from: a URL without scheme, query and fragment.
 fn name_below(model: &str) -> String {
     match model.split_once("://") {
         Some((_, rest)) => rest.split(['?', '#']).next().unwrap_or(rest).to_owned(),

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Bytes of a line at most.
 const LONGEST_LINE: u64 = 1 << 20;
 
-/// Whether a path is that of a manifest, by its name.
+/// True if a path is that of a manifest, by its extension.
 #[must_use]
 pub fn is_manifest(path: &Path) -> bool {
     kind(path).is_some()
@@ -137,7 +137,7 @@ fn csv_row(
         if text.is_empty() || name.is_empty() {
             continue;
         }
-        // Numbers, lists and the like as JSON has them; what is none is a text, and so are paths.
+        // Numbers, lists and the like as JSON has them; any other value is a text, and so are paths.
         let value = match name.as_str() {
             "model" | "out" | "format" | "aov" => Value::String(text.to_owned()),
             _ => serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned())),

@@ -90,11 +90,11 @@ pub async fn run(args: &BatchArgs) -> Result<u8, (u8, String)> {
     summary(args, &batch.ledger.tally, begun.elapsed(), stopped.load(Relaxed))
 }
 
-/// What pictures were asked for, one after the other.
+/// Requested pictures, one after the other.
 struct Source {
     defaults: Defaults,
     rows: Rows,
-    /// How many there are, where that is known.
+    /// Number of pictures, where that is known.
     count: Option<u64>,
 }
 
@@ -143,7 +143,7 @@ impl Source {
     }
 }
 
-/// Rows of a manifest, about, for the progress bar. What comes through a pipe has no end that is known.
+/// Estimated number of rows of a manifest, for the progress bar. The end of a pipe is not known.
 fn count_lines(path: &Path, is_pipe: bool) -> Result<Option<u64>, String> {
     use std::io::BufRead;
     if is_pipe || !path.is_file() {
@@ -207,7 +207,7 @@ fn name_of_part(Shard { index, count }: Shard) -> String {
     format!("{index}-of-{count}")
 }
 
-/// A flag that signals raise which ask for an end: what is begun is finished.
+/// A flag that termination signals raise: work that is begun is finished.
 fn stop_on_signals() -> &'static AtomicBool {
     static STOPPED: AtomicBool = AtomicBool::new(false);
     tokio::spawn(async {

@@ -10,16 +10,16 @@ use std::io::{BufRead, BufReader, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// What became of a picture. Fields are only ever added.
+/// Record of a picture in the report. Fields are only ever added.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The file, below where the pictures go.
+    /// Path of the file below the output place.
     pub out: String,
     /// The model.
     pub model: String,
-    /// What was done.
+    /// Outcome for the picture.
     pub status: Status,
-    /// Content key: of all that the picture is made of.
+    /// Content key: hash of all inputs of the picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub key: Option<String>,
     /// BLAKE3 of the model's file.
@@ -37,13 +37,13 @@ pub struct Record {
     /// Milliseconds by stage, of pictures that were drawn.
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub stages_ms: serde_json::Value,
-    /// What the picture lacks.
+    /// Losses in the picture, a line each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// It was drawn twice, with the same bytes.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub verified: bool,
-    /// Why there is none.
+    /// Reason why there is no picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<RecordError>,
 }
@@ -51,15 +51,15 @@ pub struct Record {
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WrittenFile {
-    /// Below where the pictures go.
+    /// Path below the output place.
     pub name: String,
-    /// How long it is.
+    /// Length in bytes.
     pub bytes: u64,
-    /// BLAKE3 of what is in it.
+    /// BLAKE3 of its content.
     pub hash: String,
 }
 
-/// What was done about a picture.
+/// Outcome for a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
@@ -74,10 +74,10 @@ pub enum Status {
     Failed,
 }
 
-/// Why there is no picture.
+/// Reason why there is no picture.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecordError {
-    /// Of what kind the reason is.
+    /// Kind of the reason.
     pub kind: ErrorKind,
     /// One line.
     pub message: String,
@@ -94,7 +94,7 @@ pub enum ErrorKind {
     Read,
     /// The model is wrong.
     Failed,
-    /// What was asked for makes no sense.
+    /// The request is contradictory or invalid.
     Usage,
     /// A limit of the renderer.
     Limit,
@@ -113,7 +113,8 @@ pub enum ErrorKind {
 }
 
 impl ErrorKind {
-    /// Whether it is no fault of the model's, so that another try may do better: a store, a disk, workers that cannot be started.
+    /// True if the environment is at fault and not the model, so that another try may do better: a store, a disk,
+    /// workers that cannot be started.
     #[must_use]
     pub const fn is_of_surroundings(self) -> bool {
         matches!(self, Self::Read | Self::Write | Self::NoWorker)
@@ -153,7 +154,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Opens a report: an empty one, or, to go on, the one that is there, with what it says.
+    /// Opens a report: an empty one, or, to go on, the one that is there, with its records.
     ///
     /// # Errors
     /// One line.
@@ -205,7 +206,7 @@ fn wait_for_others(file: &File, path: &Path) -> std::io::Result<()> {
     }
 }
 
-/// What an earlier report says: by picture, what came last.
+/// Records of an earlier report, the last of each picture.
 #[derive(Debug, Default)]
 pub struct Previous {
     pictures: HashMap<String, Record>,
@@ -231,7 +232,7 @@ impl Previous {
         Ok(Self { pictures })
     }
 
-    /// What is said of a picture that is there.
+    /// Record of a picture in the earlier report, if it has one.
     #[must_use]
     pub fn picture(&self, out: &str) -> Option<&Record> {
         self.pictures.get(out)

@@ -14,29 +14,29 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 use tokio::sync::watch;
 
-/// What all models of a batch share.
+/// State that all models of a batch share.
 pub struct Batch {
-    /// Who draws.
+    /// Workers that draw.
     pub pool: Pool,
-    /// Who draws again what is verified, a new process each time.
+    /// Workers that draw verified pictures again, a new process each time.
     pub other: Pool,
-    /// Names of pictures by what they are made of.
+    /// Content keys of pictures.
     pub keys: Keys,
-    /// Where the pictures go.
+    /// Output place of the pictures.
     pub to: Place,
-    /// What became of them.
+    /// Report of this run.
     pub report: Report,
-    /// What was there before.
+    /// Records of an earlier run.
     pub previous: Previous,
     /// Bytes of a model or a file of one, at most.
     pub largest_input: u64,
-    /// Which part of the pictures is drawn again, 0 to 1.
+    /// Share of the pictures that is drawn again for verification, 0 to 1.
     pub verify: f64,
-    /// What happens in this run.
+    /// State of this run.
     pub ledger: Ledger,
 }
 
-/// What is known in this run.
+/// State of a run: content keys, references of models and names that are in use.
 #[derive(Debug, Default)]
 pub struct Ledger {
     /// Pictures by their content keys: those that are being drawn, and those that are there.
@@ -49,7 +49,7 @@ pub struct Ledger {
     pub tally: Tally,
 }
 
-/// How many pictures came to which end.
+/// Counts of pictures by outcome.
 #[derive(Debug, Default)]
 pub struct Tally {
     /// Rendered.
@@ -60,7 +60,7 @@ pub struct Tally {
     pub kept: AtomicU64,
     /// Not made.
     pub failed: AtomicU64,
-    /// Those of them that are not for want of a model that can be drawn.
+    /// Failures that are no fault of the model's.
     pub of_surroundings: AtomicU64,
     /// Drawn twice.
     pub verified: AtomicU64,
@@ -70,10 +70,10 @@ pub struct Tally {
     pub warned: AtomicU64,
 }
 
-/// What came of a content key.
+/// Result for a content key.
 type Outcome = Result<Record, RecordError>;
 
-/// What is to be done about a picture.
+/// Decision about a picture.
 enum Plan {
     /// It is there.
     Keep(Box<Record>),
@@ -195,7 +195,7 @@ impl Batch {
                 Ok(record) => self.add(record)?,
                 Err(error) => self.fail(job.item, wanted, error.clone())?,
             }
-            // Those who wait for it may have gone.
+            // The receivers may have gone.
             let _ = done.send(Some(result));
         }
         for (wanted, made) in copies {
@@ -290,7 +290,7 @@ impl Batch {
         self.add(&record)
     }
 
-    /// Draws a picture in a new process and holds its bytes against what there is.
+    /// Draws a picture in a new process and compares its bytes with those of the first drawing.
     async fn draw_again(
         &self,
         job: &Job<'_>,
@@ -319,7 +319,7 @@ impl Batch {
         start.is_some_and(|start| f64::from(start) < self.verify * f64::from(u32::MAX))
     }
 
-    /// What an earlier run says of a picture, if it is made of the same and its files are there.
+    /// Record of an earlier run for a picture, if its content key is the same and its files are there.
     async fn is_there(&self, wanted: &Wanted, key: &str) -> Option<Record> {
         let record = self.previous.picture(&wanted.out)?;
         if record.key.as_deref() != Some(key) || record.files.is_empty() {
@@ -333,7 +333,7 @@ impl Batch {
         Some(Record { status: Status::Kept, ..record.clone() })
     }
 
-    /// Reads what a model refers to.
+    /// Reads the files that a model refers to.
     async fn read_needed(&self, job: &Job<'_>, names: &[(String, bool)]) -> Result<Vec<Needed>, Missing> {
         let mut needed = Vec::with_capacity(names.len());
         for (name, alike) in names {
@@ -401,7 +401,7 @@ impl Ledger {
         lock(&self.names).insert(start)
     }
 
-    /// What is to be done about a picture that is not there.
+    /// Decides about a picture that is not there: the first with a content key draws it, the others copy.
     fn claim(&self, key: &str) -> Plan {
         let mut made = lock(&self.made);
         if let Some(other) = made.get(key) {
@@ -474,7 +474,7 @@ fn media_type(name: &str) -> &'static str {
     }
 }
 
-/// What of a report is the same each time.
+/// The reproducible part of a report: without times, memory, threads and instruction set.
 fn sidecar(mut report: Value) -> Value {
     if let Value::Object(report) = &mut report {
         for times in ["stages_ms", "total_ms", "peak_rss_bytes", "threads", "simd"] {

@@ -48,7 +48,7 @@ impl Shard {
         if found.index < found.count { Ok(found) } else { Err(wrong()) }
     }
 
-    /// What the environment of a job says.
+    /// Shard from the environment variables of a job system.
     fn of_job(count: Option<u64>, environment: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
         let number = |name: &str| environment(name)?.trim().parse::<u64>().ok();
         // Kubernetes (indexed Jobs): how many there are is not in the environment unless the manifest puts it there.
@@ -77,7 +77,7 @@ impl Shard {
             .to_owned())
     }
 
-    /// Whether a model belongs to it: by its name alone, so that models that come or go move no other.
+    /// True if a model belongs to it: by its name alone, so that models that come or go move no other.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         let hash = blake3::hash(name.as_bytes());

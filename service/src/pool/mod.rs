@@ -15,16 +15,16 @@ use std::time::Duration;
 use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::time::Instant;
 
-/// How workers are started and what they may take.
+/// Start and limits of workers.
 #[derive(Clone, Debug)]
 pub struct PoolOptions {
     /// The program that is a worker when its first argument is `worker`.
     pub program: PathBuf,
-    /// What every worker is told first.
+    /// First message to every worker.
     pub start: Start,
-    /// How many there are, at least 1.
+    /// Number of workers, at least 1.
     pub workers: usize,
-    /// How long the work on one model may take.
+    /// Time limit of the work on one model.
     pub deadline: Duration,
     /// Models that a worker draws before it is replaced by a new one, at least 1.
     pub works_of_one: u32,
@@ -32,7 +32,7 @@ pub struct PoolOptions {
     pub most_output: u64,
 }
 
-/// Why work was not done.
+/// Reason why work was not done.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum WorkError {
     /// The worker says so: the model is wrong, or beyond a limit.
@@ -56,23 +56,23 @@ pub struct PictureFile {
     pub plane: Option<String>,
     /// Media type.
     pub media_type: String,
-    /// What is in it.
+    /// Content.
     pub bytes: Vec<u8>,
 }
 
-/// A picture: its files, its own last, and what there is to tell of it.
+/// A picture: its files and their metadata.
 #[derive(Clone, Debug)]
 pub struct DrawnPicture {
     /// Its own file is the last.
     pub files: Vec<PictureFile>,
-    /// What there is to tell.
+    /// Metadata of the picture.
     pub told: Told,
 }
 
 /// Pictures by their numbers, each drawn or refused.
 pub type Pictures = Vec<(usize, Result<DrawnPicture, FailureReport>)>;
 
-/// What has happened to workers so far.
+/// Counts of events in the life of workers.
 #[derive(Debug, Default)]
 pub struct Counters {
     /// Processes that were started.
@@ -89,7 +89,7 @@ pub struct Pool {
     options: PoolOptions,
     permits: Semaphore,
     idle: Mutex<Vec<Process>>,
-    /// What has happened so far.
+    /// Counts so far.
     pub counters: Counters,
 }
 
@@ -101,13 +101,13 @@ impl Pool {
         Self { options, permits, idle: Mutex::default(), counters: Counters::default() }
     }
 
-    /// How they are started.
+    /// Start and limits of its workers.
     #[must_use]
     pub fn options(&self) -> &PoolOptions {
         &self.options
     }
 
-    /// How many workers have work now.
+    /// Number of workers that have work now.
     #[must_use]
     pub fn busy(&self) -> usize {
         self.options.workers.max(1).saturating_sub(self.permits.available_permits())
@@ -132,7 +132,7 @@ impl Pool {
                 loaded.reuse();
                 Err(WorkError::Failed(failure))
             }
-            // What is asked for is wrong in all pictures, whatever the model is.
+            // The request is wrong in all pictures, whatever the model is.
             (FromWorker::PictureFailed { failure, .. }, _) => {
                 loaded.settle().await;
                 Err(WorkError::Failed(failure))
@@ -141,7 +141,7 @@ impl Pool {
         }
     }
 
-    /// Waits for a worker and lets it tell what a model is: the JSON of `overcoat info --json`.
+    /// Waits for a worker and lets it describe a model: the JSON of `overcoat info --json`.
     ///
     /// # Errors
     /// [`WorkError`].

@@ -10,7 +10,7 @@ use std::time::Duration;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command};
 
-/// How a worker ended that was not asked to.
+/// Unexpected end of a worker.
 #[derive(Clone, Debug)]
 pub struct Death {
     /// One line.
@@ -19,7 +19,7 @@ pub struct Death {
     pub of_memory: bool,
     /// By a signal from outside, as systems send that run out of memory.
     pub killed: bool,
-    /// Because it did what a worker may not do.
+    /// Because it made a system call that the sandbox forbids.
     pub forbidden: bool,
 }
 
@@ -42,11 +42,11 @@ pub(super) struct Process {
     to: ChildStdin,
     from: ChildStdout,
     last_words: Arc<Mutex<String>>,
-    /// How many models it has drawn.
+    /// Number of models it has drawn.
     pub(super) works: u32,
 }
 
-/// How long a process may take to end after its streams have.
+/// Time limit for a process to end after its streams have.
 const LAST_BREATH: Duration = Duration::from_secs(2);
 
 /// Exit code of a process that memory was not given to, as of one that a limit stopped.
@@ -93,7 +93,7 @@ impl Process {
         self.to.flush().await
     }
 
-    /// What it says next, with at most so many bytes behind it.
+    /// Receives the next message, with at most so many bytes behind it.
     pub(super) async fn receive(&mut self, most: u64) -> io::Result<(FromWorker, Vec<u8>)> {
         let invalid = || io::Error::from(io::ErrorKind::InvalidData);
         let mut prefix = [0; PREFIX];
@@ -102,13 +102,13 @@ impl Process {
         let mut bytes = vec![0; header];
         self.from.read_exact(&mut bytes).await?;
         let message = serde_json::from_slice(&bytes).map_err(|_| invalid())?;
-        // Memory comes with what arrives, not with what is announced.
+        // Memory grows with the bytes that arrive, not with the announced length.
         let mut rest = Vec::new();
         (&mut self.from).take(following as u64).read_to_end(&mut rest).await?;
         if rest.len() == following { Ok((message, rest)) } else { Err(invalid()) }
     }
 
-    /// Whether it still runs.
+    /// True if it still runs.
     pub(super) fn is_alive(&mut self) -> bool {
         matches!(self.child.try_wait(), Ok(None))
     }
@@ -119,7 +119,7 @@ impl Process {
         let _ = self.child.kill().await;
     }
 
-    /// How it ended; it is ended if it has not.
+    /// Waits for its end and returns the cause; kills it if it does not end in time.
     pub(super) async fn end(mut self) -> Death {
         drop(self.to);
         let status = match tokio::time::timeout(LAST_BREATH, self.child.wait()).await {
@@ -129,7 +129,7 @@ impl Process {
                 return Death::new("the worker does not keep to the protocol".to_owned());
             }
         };
-        // What it had to say comes through another stream.
+        // Its last words come through another stream.
         tokio::time::sleep(Duration::from_millis(10)).await;
         let said = self.last_words.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let (code, signal) = (status.code(), signal_of(status));

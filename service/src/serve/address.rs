@@ -2,7 +2,7 @@
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
-/// A network: an address and how many of its bits count.
+/// A network: an address and the length of its prefix in bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Network {
     address: IpAddr,
@@ -10,7 +10,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Of `ADDRESS/BITS`, or of one address.
+    /// Parses `ADDRESS/BITS`, or one address.
     ///
     /// # Errors
     /// One line.
@@ -26,7 +26,7 @@ impl Network {
         if bits > most { Err(wrong()) } else { Ok(Self { address, bits }) }
     }
 
-    /// Whether an address is in it.
+    /// True if an address is in it.
     #[must_use]
     pub fn contains(&self, address: IpAddr) -> bool {
         match (self.address, address) {
@@ -43,10 +43,10 @@ impl Network {
     }
 }
 
-/// Whether a source may come from an address: it is public, or in one of these networks.
+/// True if a source may have this address: it is public, or in one of these networks.
 #[must_use]
 pub fn is_allowed(address: IpAddr, networks: &[Network]) -> bool {
-    // An address in another's clothes is judged as what it leads to.
+    // An IPv4 address mapped into IPv6 is judged as the IPv4 address.
     let address = address.to_canonical();
     is_public(address) || networks.iter().any(|network| network.contains(address))
 }
@@ -85,7 +85,7 @@ fn is_public_v4(address: Ipv4Addr) -> bool {
     })
 }
 
-/// Global unicast is 2000::/3; within it, what the registry of IANA sets apart, and what carries an IPv4 address.
+/// Global unicast is 2000::/3; within it, the special ranges of IANA's registry, and those that carry an IPv4 address.
 fn is_public_v6(address: Ipv6Addr) -> bool {
     const SPECIAL: &[([u16; 2], u32)] = &[
         // Protocol assignments with Teredo and ORCHID; documentation; 6to4; documentation; SRv6.

@@ -1,21 +1,21 @@
-//! Which URLs a service may read.
+//! URLs that a service may read.
 
 use crate::place::Place;
 use url::Url;
 
-/// What sources begin with.
+/// Allowed prefix of sources.
 #[derive(Debug)]
 pub struct Allowed {
     scheme: String,
     /// A host and its port; `*.` in front stands for all below it, nothing for all.
     host: Option<(String, Option<u16>)>,
     path: String,
-    /// Of object stores: what is read, from below.
+    /// Root for reading, for object stores.
     pub place: Option<Place>,
 }
 
 impl Allowed {
-    /// Of a URL that sources begin with.
+    /// Parses a URL that sources begin with.
     ///
     /// # Errors
     /// One line.

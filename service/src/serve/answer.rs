@@ -1,4 +1,4 @@
-//! A picture as an answer: its headers, what of it is asked for, or that the client has it.
+//! A picture as an answer: its headers, a range of its bytes, or that the client has it.
 
 use super::app::App;
 use super::cache::Picture;
@@ -16,7 +16,7 @@ const SIZE: HeaderName = HeaderName::from_static("overcoat-size");
 /// Characters of all warnings at most.
 const LONGEST_WARNINGS: usize = 4000;
 
-/// What of a request the answer depends on.
+/// Parts of a request that the answer depends on.
 #[derive(Debug)]
 pub struct Wishes<'a> {
     /// The method.
@@ -36,7 +36,7 @@ impl Wishes<'_> {
         matches!(*self.method, Method::GET | Method::HEAD)
     }
 
-    /// Whether the client says that it has the picture of a key.
+    /// True if the client states that it has the picture of a key (`If-None-Match`).
     #[must_use]
     pub fn has(&self, key: &str) -> bool {
         let Some(tags) = self.text(header::IF_NONE_MATCH).filter(|_| self.may_be_known()) else {
@@ -51,7 +51,7 @@ impl Wishes<'_> {
         if self.text(header::IF_RANGE).is_some_and(|tag| tag != etag(key)) {
             return Ok(None);
         }
-        // What is not understood, as several ranges are not here, is answered as a whole.
+        // Ranges that are not supported, as several at once, are answered with the whole.
         let Some((first, last)) = range.strip_prefix("bytes=").and_then(|range| range.split_once('-')) else {
             return Ok(None);
         };

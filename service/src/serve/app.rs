@@ -1,4 +1,4 @@
-//! What all requests share.
+//! State that all requests share.
 
 use super::args::ServeArgs;
 use super::body::Bodies;
@@ -24,7 +24,7 @@ use std::time::Duration;
 /// Bytes of a picture that a worker may hand over.
 const LARGEST_PICTURE: u64 = 1 << 30;
 
-/// What becomes of a picture that several may wait for.
+/// Result for a picture that several requests may wait for.
 pub type Outcome = Result<(Arc<Picture>, &'static str), Problem>;
 
 /// The service.
@@ -32,25 +32,25 @@ pub type Outcome = Result<(Arc<Picture>, &'static str), Problem>;
 pub struct App {
     /// Its options.
     pub args: ServeArgs,
-    /// What requests may ask for.
+    /// Options that requests may use, and their limits.
     pub rules: Rules,
-    /// Who draws.
+    /// Workers that draw.
     pub pool: Pool,
-    /// Names of pictures.
+    /// Content keys of pictures.
     pub keys: Keys,
-    /// Who waits.
+    /// Queue of requests before the workers.
     pub gate: Gate,
     /// Pictures that are being drawn.
     pub flights: Flights<Outcome>,
     /// Pictures that were drawn.
     pub cache: Cache,
-    /// What is counted.
+    /// Counters and histograms.
     pub metrics: Arc<Metrics>,
-    /// Who may ask for paths.
+    /// Check of the signatures of paths.
     pub signer: Signer,
-    /// Where models of paths come from.
+    /// Sources of the models of paths.
     pub sources: Arc<Sources>,
-    /// What bodies may take.
+    /// Limits of request bodies.
     pub bodies: Bodies,
     /// Workers have shown that they can draw.
     pub ready: AtomicBool,
@@ -61,7 +61,7 @@ pub struct App {
 }
 
 impl App {
-    /// Of the options.
+    /// The service by its options.
     ///
     /// # Errors
     /// One line.
@@ -113,7 +113,7 @@ fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
         let (name, options) =
             text.split_once('=').ok_or_else(|| about("expected NAME=OPTIONS".to_owned()))?;
         let pairs = options_of_preset(options).map_err(about)?;
-        // What is wrong with a preset is found now, and not by every request.
+        // Errors in a preset are found now, and not by every request.
         let mut asked = Options::default();
         let set = pairs.iter().try_for_each(|(key, text)| asked.set(key, text, &rules));
         set.and_then(|()| asked.request(rules.format, &rules)).map_err(|problem| about(problem.message))?;

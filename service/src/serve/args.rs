@@ -166,7 +166,7 @@ impl ServeArgs {
     }
 }
 
-/// What can stand in a header.
+/// Checks that a text can be the value of a header.
 fn header(text: &str) -> Result<String, String> {
     match axum::http::HeaderValue::from_str(text) {
         Ok(_) => Ok(text.to_owned()),

@@ -14,21 +14,21 @@ use tokio::time::Instant;
 const UNIT: u64 = 1024;
 /// Bytes of memory that a body gets when it begins.
 const FIRST_ROOM: u64 = 4 << 20;
-/// What is read of a body that is refused, so that the client sees the answer and not a broken connection.
+/// Bytes that are read of a refused body, so that the client sees the answer and not a broken connection.
 const DRAINED: u64 = 64 << 20;
-/// How long that may take.
+/// Time limit of reading a refused body.
 const DRAIN: Duration = Duration::from_secs(2);
 
-/// What bodies may take.
+/// Limits of request bodies.
 #[derive(Clone, Debug)]
 pub struct Bodies {
     /// Bytes of one.
     pub most: u64,
-    /// How long one may take that has no bytes.
+    /// Time limit of a body, before the time that its bytes earn.
     pub patience: Duration,
     /// Bytes a second.
     pub rate: u64,
-    /// What all of them may take together.
+    /// Memory of all bodies together, in permits of [`UNIT`] bytes.
     memory: Arc<Semaphore>,
     /// Permits of a body that is as large as it may be.
     largest: u32,
@@ -39,7 +39,7 @@ pub struct Bodies {
 pub struct Held(Option<OwnedSemaphorePermit>);
 
 impl Held {
-    /// Gives back what is not needed for so many bytes.
+    /// Gives back the permits beyond so many bytes.
     pub fn shrink(&mut self, bytes: u64) {
         if let Some(permits) = &mut self.0 {
             let spare = permits.num_permits().saturating_sub(permits_of(bytes) as usize);
@@ -52,7 +52,7 @@ fn permits_of(bytes: u64) -> u32 {
     u32::try_from(bytes.div_ceil(UNIT)).unwrap_or(u32::MAX)
 }
 
-/// Of a body or a source.
+/// Problem of a body or a source that exceeds the limit.
 #[must_use]
 pub fn too_large(limit: u64, what: &str) -> Problem {
     Problem::new(Kind::TooLarge, format!("the {what} has more than {limit} bytes"))
@@ -60,7 +60,7 @@ pub fn too_large(limit: u64, what: &str) -> Problem {
 }
 
 impl Bodies {
-    /// With so many bytes in memory together.
+    /// Limits with so many bytes in memory together.
     #[must_use]
     pub fn new(most: u64, patience: Duration, rate: u64, memory: u64) -> Self {
         let permits = usize::try_from(memory / UNIT).unwrap_or(usize::MAX).min(Semaphore::MAX_PERMITS);
@@ -117,7 +117,7 @@ impl Bodies {
 
     async fn collect(&self, body: &mut Body, length: Option<u64>) -> Result<(Bytes, Held), Problem> {
         let begun = Instant::now();
-        // What is announced need not come.
+        // The announced length need not be true.
         let room = length.unwrap_or(0).min(FIRST_ROOM) as usize;
         let (mut bytes, mut held) = (BytesMut::with_capacity(room), Held::default());
         loop {
@@ -149,7 +149,7 @@ impl Bodies {
     }
 }
 
-/// Reads over what still comes.
+/// Reads and drops the rest.
 async fn drain(mut body: Body) {
     let mut seen = 0;
     while let Some(Ok(frame)) = body.frame().await {

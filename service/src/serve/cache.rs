@@ -1,4 +1,4 @@
-//! Where pictures are kept. Entries are checked when they are read: what is damaged is dropped and made anew. A cache that is
+//! Cache of pictures. Entries are checked when they are read: damaged ones are dropped and made anew. A cache that is
 //! full, read-only or gone costs time and nothing else.
 
 use super::disk::Disk;
@@ -18,7 +18,7 @@ const REMEMBERED: usize = 1 << 16;
 /// Bytes of a hash.
 const HASH: usize = 32;
 
-/// A picture, and all that is told with it.
+/// A picture and its metadata.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
     /// Content key.
@@ -29,12 +29,12 @@ pub struct Picture {
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// What it lacks.
+    /// Losses in the picture, a line each.
     pub warnings: Vec<String>,
     /// Milliseconds by stage, of one that was just drawn.
     #[serde(skip)]
     pub stages: Vec<(String, f64)>,
-    /// What is in its file.
+    /// Content of its file.
     #[serde(skip)]
     pub bytes: Bytes,
 }
@@ -56,7 +56,7 @@ enum Store {
     Place(Place),
 }
 
-/// What is known without a store, the oldest of it forgotten first.
+/// References of models in memory, without a store; the oldest are forgotten first.
 #[derive(Debug, Default)]
 struct Remembered {
     names: HashMap<String, Arc<Names>>,
@@ -120,7 +120,7 @@ impl Cache {
         self.write(&format!("{}.picture", picture.key), entry).await;
     }
 
-    /// The names that a model refers to, by what it is asked for.
+    /// The names that a model refers to, by the name of the request.
     pub async fn names(&self, of: &str) -> Option<Arc<Names>> {
         let known = self.remembered().names.get(of).cloned();
         if known.is_some() {

@@ -1,4 +1,4 @@
-//! A folder of bounded size: what was not asked for longest goes first.
+//! A folder of bounded size: the least recently used files go first.
 
 use super::cache::path_in;
 use std::collections::{BTreeMap, HashMap};
@@ -21,7 +21,7 @@ pub struct Disk {
     count: AtomicU64,
 }
 
-/// What is in it, in the order in which it was asked for. Clocks may jump; numbers do not.
+/// Entries in the order of their last use. Clocks may jump; numbers do not.
 #[derive(Debug, Default)]
 struct Ledger {
     entries: HashMap<String, (u64, u64)>,
@@ -99,7 +99,7 @@ impl Disk {
         let path = path_in(&self.root, name);
         let mut written = self.put(&path, bytes);
         if written.as_ref().is_err_and(|e| e.kind() == ErrorKind::StorageFull) {
-            // Others fill the disk: what is here is worth less than what is asked for now.
+            // Others fill the disk: old entries are worth less than the one asked for now.
             let less = self.lock().bytes.saturating_sub(size.max(1 << 20) * 4);
             let evicted = self.lock().evict(less);
             self.delete(&evicted);
@@ -167,7 +167,7 @@ impl Ledger {
     }
 }
 
-/// What another process left behind when it ended; what is being written is younger.
+/// Removes an unfinished file that another process left behind; those still being written are younger.
 fn remove_old(path: &Path, metadata: &fs::Metadata) {
     let age = metadata.modified().ok().and_then(|time| time.elapsed().ok());
     if age.is_some_and(|age| age.as_secs() > 600) {

@@ -1,4 +1,4 @@
-//! What the service answers where there is no picture: a status, a kind and one line, in JSON.
+//! Answers without a picture: a status, a kind and one line, in JSON.
 
 use crate::pool::WorkError;
 use axum::body::Body;
@@ -136,7 +136,7 @@ pub struct Problem {
     pub message: String,
     /// The limit that was passed.
     pub limit: Option<String>,
-    /// How that is raised.
+    /// Advice on raising the limit.
     pub raise: Option<String>,
     /// Seconds after which it is worth another try.
     pub retry_after: Option<u64>,
@@ -188,7 +188,7 @@ impl Problem {
     }
 }
 
-/// Of what a worker says about a model or its picture.
+/// Problem from a worker's report about a model or its picture.
 impl From<FailureReport> for Problem {
     fn from(FailureReport { class, message, limit }: FailureReport) -> Self {
         let kind = match class {
@@ -210,7 +210,7 @@ impl From<WorkError> for Problem {
                 Self::new(Kind::Timeout, message)
                     .limited("deadline", "start the service with --deadline SECONDS")
             }
-            // What was killed from outside says nothing about the model.
+            // A worker killed from outside says nothing about the model.
             WorkError::Died(death) if death.of_memory && !death.killed => {
                 Self::new(Kind::Memory, death.message)
                     .limited("memory", "start the service with --memory BYTES")
@@ -223,14 +223,14 @@ impl From<WorkError> for Problem {
     }
 }
 
-/// What became of a request, for its line in the log and the metrics.
+/// Outcome of a request, for its line in the log and the metrics.
 #[derive(Clone, Debug, Default)]
 pub struct Told {
-    /// Why there is no picture.
+    /// Reason why there is no picture.
     pub refusal: Option<(&'static str, String)>,
     /// The content key of the picture.
     pub key: Option<String>,
-    /// Where the picture came from.
+    /// Source of the picture.
     pub from: Option<&'static str>,
 }
 

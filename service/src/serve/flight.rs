@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 
-/// Work that is under way, by what it is.
+/// Work that is under way, by name.
 #[derive(Debug)]
 pub struct Flights<T> {
     under_way: Arc<Mutex<HashMap<String, watch::Receiver<Option<T>>>>>,
@@ -31,7 +31,7 @@ pub struct Lead<T> {
     flights: Flights<T>,
 }
 
-/// What comes of the work.
+/// Receiver of the result.
 pub struct Wait<T>(watch::Receiver<Option<T>>);
 
 impl<T: Clone> Flights<T> {
@@ -47,7 +47,7 @@ impl<T: Clone> Flights<T> {
             return Part::Follow(Wait(result.clone()));
         }
         let (send, receive) = watch::channel(None);
-        // What the table keeps is not counted among those who wait.
+        // The receiver of the table is not counted among those who wait.
         under_way.insert(name.to_owned(), receive.clone());
         let flights = Self { under_way: Arc::clone(&self.under_way) };
         Part::Lead(Lead { name: name.to_owned(), result: send, flights }, Wait(receive))
@@ -55,7 +55,7 @@ impl<T: Clone> Flights<T> {
 }
 
 impl<T> Lead<T> {
-    /// Whether anybody still waits for the result. If not, nobody will: the work is no longer under way.
+    /// True if anybody still waits for the result. If not, nobody will: the work is no longer under way.
     #[must_use]
     pub fn is_wanted(&self) -> bool {
         let mut under_way = self.flights.under_way.lock().unwrap_or_else(PoisonError::into_inner);
@@ -66,7 +66,7 @@ impl<T> Lead<T> {
         wanted
     }
 
-    /// Tells the result. Whoever joins later has it, too, until what is returned is dropped.
+    /// Tells the result. Later followers have it, too, until the returned value is dropped.
     #[must_use]
     pub fn tell(self, result: T) -> Self {
         self.result.send_replace(Some(result));

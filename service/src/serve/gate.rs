@@ -1,4 +1,4 @@
-//! Who may go on to a worker: so many at a time, so many waiting, and the rest is told to come again.
+//! Admission to the workers: so many at a time, so many waiting, and the rest is told to come again.
 
 use super::error::{Kind, Problem};
 use std::sync::Arc;
@@ -14,9 +14,9 @@ pub struct Gate {
     capacity: usize,
     workers: usize,
     patience: Duration,
-    /// True when those who wait are to be sent away.
+    /// True when waiting requests are to be sent away.
     closed: watch::Sender<bool>,
-    /// Of the work that was done: how often, and microseconds.
+    /// Number of finished works.
     works: AtomicU64,
     micros: AtomicU64,
 }
@@ -67,7 +67,7 @@ impl Gate {
         })
     }
 
-    /// About how long it takes until all who wait have been served.
+    /// Estimate of the time until all waiting requests have been served.
     fn seconds(&self) -> u64 {
         let mean = self.micros.load(Relaxed).checked_div(self.works.load(Relaxed)).unwrap_or(0);
         (mean * self.capacity as u64 / self.workers.max(1) as u64 / 1_000_000).clamp(1, 60)
@@ -93,13 +93,13 @@ impl Gate {
         }
     }
 
-    /// Notes how long work took.
+    /// Records the duration of a work.
     pub fn note(&self, time: Duration) {
         self.works.fetch_add(1, Relaxed);
         self.micros.fetch_add(time.as_micros() as u64, Relaxed);
     }
 
-    /// Sends away who waits.
+    /// Sends away the waiting requests.
     pub fn close(&self) {
         self.closed.send_replace(true);
     }

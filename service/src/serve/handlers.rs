@@ -1,4 +1,4 @@
-//! Requests for pictures, and for what models are.
+//! Requests for pictures, and for descriptions of models.
 
 use super::accept;
 use super::answer::{Wishes, respond};
@@ -52,7 +52,7 @@ async fn answer_body(
     options: Result<Options, Problem>,
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
-    // What is wrong with the options is told before the model is read.
+    // Errors in the options are told before the model is read.
     let checked = options.and_then(|options| {
         let (format, _) = format(app, &options, &parts.headers)?;
         options.request(format, &app.rules)?;
@@ -124,13 +124,13 @@ pub async fn path(State(app): State<Arc<App>>, request: Request) -> Result<Respo
     Ok(respond(&app, &wishes, &answer))
 }
 
-/// What a path asks for, if it is signed; `before` stands before the signature.
+/// Request of a path, if it is signed; `before` stands before the signature.
 fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
     let whole = uri.path_and_query().map_or("", |path| path.as_str());
     let whole = whole.strip_prefix(before).unwrap_or(whole);
     let none = || Problem::new(Kind::NotFound, "there is nothing at this path");
     let (signature, signed) = path::signed_part(whole).ok_or_else(none)?;
-    // What cannot be a path needs no signature to be told so.
+    // A text that cannot be a path needs no signature to be told so.
     if !signed.contains("/plain/") {
         return Err(none());
     }
@@ -198,7 +198,7 @@ async fn inspect(
 ) -> Result<Response, Problem> {
     let place = app.gate.enter()?;
     let app = Arc::clone(app);
-    // As for pictures, a worker ends what it has begun.
+    // As for pictures, a worker finishes its work.
     let work = tokio::spawn(async move {
         let turn = app.gate.turn().await?;
         let contents = app.pool.inspect(&name, &model, files.as_ref()).await;

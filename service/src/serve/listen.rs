@@ -17,9 +17,10 @@ use tokio::time::Instant;
 
 /// Bytes of a request's head at most.
 const LARGEST_HEAD: usize = 64 << 10;
-/// How long the listener is asked for connections after the service was told to stop: what the system has accepted is served.
+/// Idle time after which the listener closes once the service was told to stop: connections in the system's queue are
+/// served first.
 const LAST_CALL: Duration = Duration::from_millis(50);
-/// How long that goes on at most, and how long a connection has then to say something.
+/// Upper limit of the time until the listener closes, and time limit for a late connection to send something.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 /// After an error of the system, as when there are no more descriptors.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -79,8 +80,8 @@ async fn accept(
     Ok((stream, permit))
 }
 
-/// Waits for all connections. Who is still in the queue when the time is over is sent away, and who is with a worker has as long
-/// again as the answer takes to be written.
+/// Waits for all connections. Requests still in the queue when the time is over are sent away, and those with a worker
+/// have as long again as the answer takes to be written.
 async fn finish(app: &App, mut served: JoinSet<()>) {
     tracing::info!(connections = served.len(), "stopping: requests that were accepted are finished");
     let all = async |served: &mut JoinSet<()>| while served.join_next().await.is_some() {};

@@ -1,4 +1,4 @@
-//! What a file is, by its name, its media type and its first bytes. It is not parsed here.
+//! Kind of a file by its name, its media type and its first bytes. It is not parsed here.
 
 use super::error::{Kind, Problem};
 use overcoat::load::Format;
@@ -30,14 +30,14 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"#!", "a script"),
 ];
 
-/// First bytes of what may be a model, packed or not.
+/// First bytes of files that may be models, packed or not.
 const KNOWN: &[&[u8]] =
     &[b"glTF", b"ply", b"PLY", b"solid", b"PK\x03\x04", b"\x1f\x8b", b"\x28\xb5\x2f\xfd", b"{"];
 
 /// Endings of packed files.
 const PACKED: [&str; 2] = ["gz", "zst"];
 
-/// The part of a name that says what a file is, in lower case: `glb`, `obj.gz`. Empty if there is none.
+/// Extension of a name, in lower case, with that of packed files: `glb`, `obj.gz`. Empty if there is none.
 #[must_use]
 pub fn extension(name: &str) -> String {
     let base = name.rsplit(['/', '\\']).next().unwrap_or(name).to_ascii_lowercase();
@@ -59,10 +59,10 @@ pub fn extension_of_type(media_type: &str) -> Option<&'static str> {
     found.map(|format| format.extension())
 }
 
-/// Whether bytes of this name and type may be a model.
+/// Checks that bytes of this name and type may be a model.
 ///
 /// # Errors
-/// [`Kind::MediaType`] with what it is.
+/// [`Kind::MediaType`] with the kind of file that it is.
 pub fn check(bytes: &[u8], name: &str, media_type: Option<&str>) -> Result<(), Problem> {
     if bytes.is_empty() {
         return Err(unsupported("it is empty"));
@@ -90,7 +90,7 @@ pub fn check(bytes: &[u8], name: &str, media_type: Option<&str>) -> Result<(), P
     {
         return Err(unsupported(&format!("it is said to be {}", shown(media_type))));
     }
-    // Binary STL has no mark, and OBJ begins with any of its words. (What begins like an archive is not looked into.)
+    // Binary STL has no mark, and OBJ begins with any of its words. (Archives are not looked into.)
     match Format::detect(bytes) {
         Some(_) => Ok(()),
         None => Err(unsupported(

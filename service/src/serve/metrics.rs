@@ -1,4 +1,4 @@
-//! What there is to count, in the text format of Prometheus.
+//! Metrics in the text format of Prometheus.
 
 use crate::pool::Counters;
 use prometheus_client::encoding::text::encode;
@@ -35,7 +35,7 @@ fn seconds() -> Histogram {
 
 type Histograms = Family<Labels, Histogram, fn() -> Histogram>;
 
-/// What is counted where it happens.
+/// Counters, gauges and histograms that are updated at the events.
 #[derive(Debug)]
 pub struct Metrics {
     registry: Mutex<Registry>,
@@ -150,7 +150,7 @@ impl Metrics {
         };
     }
 
-    /// Everything as text, with what others count.
+    /// All metrics as text, with the counts of pool, gate and cache.
     #[must_use]
     pub fn text(
         &self,

@@ -58,11 +58,11 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
     log(&args.log);
     let address = args.listen;
     let app = Arc::new(App::new(args).map_err(|message| (2, message))?);
-    // Before a port is taken: who connects finds somebody who can draw.
+    // Before a port is taken: the first client finds a worker that can draw.
     warm(&app).await.map_err(|message| (1, message))?;
     let listener = TcpListener::bind(address).await.map_err(|e| (1, format!("{address}: {e}")))?;
     let bound = listener.local_addr().map_err(|e| (1, format!("{address}: {e}")))?;
-    // For people and for scripts that let the system choose the port; whoever closed the stream does not want to know.
+    // For people and for scripts that let the system choose the port; a closed stream is no error.
     let _ = writeln!(std::io::stdout(), "listening on http://{bound}");
     let _ = std::io::stdout().flush();
     tracing::info!(address = %bound, workers = app.args.workers(), "listening");
@@ -92,7 +92,7 @@ fn log(level: &str) {
         "debug" => LevelFilter::DEBUG,
         _ => LevelFilter::INFO,
     };
-    // Other crates' notes are of no use to who runs a service.
+    // Log lines of other crates are of no use to the operator of a service.
     let targets = Targets::new().with_target("overcoat_service", level);
     let layer = tracing_subscriber::fmt::layer().json().flatten_event(true).with_target(false);
     let layer = layer.with_current_span(false).with_span_list(false).with_writer(std::io::stderr);

@@ -1,4 +1,4 @@
-//! What a request may ask for: keys of scene files that read no file, and how the picture is written.
+//! Options that a request may use: keys of scene files that read no file, and the encoding of the picture.
 
 use super::error::{Kind, Problem};
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
@@ -10,24 +10,24 @@ use overcoat_description::DescriptionOption;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// What a service allows.
+/// Rules for the options of requests.
 #[derive(Clone, Debug)]
 pub struct Rules {
-    /// What all pictures have in common.
+    /// Settings that all pictures share.
     pub common: Map<String, Value>,
     /// Limits of the renderer.
     pub limits: Limits,
     /// Pixels of a side.
     pub max_size: u32,
-    /// Format of pictures of which nothing is said.
+    /// Default format of pictures.
     pub format: OutputFormat,
-    /// Quality of JPEG pictures of which nothing is said.
+    /// Default quality of JPEG pictures.
     pub jpeg_quality: Option<u8>,
     /// Options by names.
     pub presets: BTreeMap<String, Vec<(String, String)>>,
 }
 
-/// What a request says.
+/// Options of a request.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     keys: BTreeMap<String, Value>,
@@ -49,7 +49,7 @@ impl Options {
     /// Takes an option; later ones win.
     ///
     /// # Errors
-    /// [`Kind::Options`] with the key and what it takes.
+    /// [`Kind::Options`] with the key and the values it takes.
     pub fn set(&mut self, key: &str, text: &str, rules: &Rules) -> Result<(), Problem> {
         match key {
             "format" => self.format = Some(format(text)?),
@@ -138,7 +138,7 @@ impl Options {
         Ok(PictureRequest {
             keys,
             format: format.extension().to_owned(),
-            // What changes nothing makes no other key.
+            // Values that change nothing make no other key.
             jpeg_quality: quality.filter(|_| format == OutputFormat::Jpeg),
             aovs: self.aovs.clone(),
             report: false,
@@ -146,7 +146,7 @@ impl Options {
     }
 }
 
-/// Finds what is wrong with keys before a model is read.
+/// Finds errors in keys before a model is read.
 fn check(keys: &Map<String, Value>, rules: &Rules) -> Result<(), Problem> {
     let mut all = rules.common.clone();
     all.extend(keys.clone());

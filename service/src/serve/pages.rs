@@ -1,4 +1,4 @@
-//! What is no picture: the page, formats, health, metrics.
+//! Answers that are no picture: the page, formats, health, metrics.
 
 use super::app::App;
 use super::error::{Kind, Problem};
@@ -18,7 +18,7 @@ use std::sync::{Arc, OnceLock};
 
 /// The page: one file that asks for nothing else.
 const PAGE: &str = include_str!("page.html");
-/// Where the page has its shading models.
+/// Placeholder in the page for the list of shading models.
 const SHADING: &str = "SHADING";
 
 /// Nothing but the page's own script and style, and pictures that it was given.
@@ -124,7 +124,7 @@ mod tests {
             assert_eq!(PAGE.matches(&format!("<{tag}>")).count(), 1, "{tag}");
         }
         assert!(policy().contains("sha256-"));
-        // What is put in later is not in what the policy was made of.
+        // The inserted text is not in the part that the policy was made of.
         assert!(PAGE.find(SHADING).unwrap() > PAGE.find("</style>").unwrap());
         assert!(PAGE.find(SHADING).unwrap() < PAGE.find("<script>").unwrap());
     }

@@ -5,16 +5,16 @@ use super::options::{Options, Rules};
 use overcoat::output::OutputFormat;
 use percent_encoding::percent_decode_str;
 
-/// What a path asks for.
+/// Request that a path stands for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
-    /// How.
+    /// Options of the picture.
     pub options: Options,
-    /// Of which model.
+    /// URL of the model.
     pub source: String,
 }
 
-/// The signature of a path, and what is signed, which begins with a slash.
+/// The signature of a path, and the signed part, which begins with a slash.
 #[must_use]
 pub fn signed_part(path: &str) -> Option<(&str, &str)> {
     let rest = path.strip_prefix('/')?;
@@ -25,7 +25,7 @@ pub fn signed_part(path: &str) -> Option<(&str, &str)> {
 /// Reads the part of a path that is signed.
 ///
 /// # Errors
-/// [`Kind::NotFound`] of what is no such path, [`Kind::Options`].
+/// [`Kind::NotFound`] if it is no such path, [`Kind::Options`].
 pub fn read(path: &str, rules: &Rules) -> Result<Asked, Problem> {
     let none = || Problem::new(Kind::NotFound, "expected /SIGNATURE/OPTIONS/plain/SOURCE@FORMAT");
     let path = path.strip_prefix('/').ok_or_else(none)?;
@@ -103,7 +103,7 @@ fn pairs_of(segment: &str) -> Result<Vec<(String, String)>, Problem> {
         "pr" => one("preset"),
         "bg" => one("background"),
         "cachebuster" | "cb" => Vec::new(),
-        // What no source needs.
+        // An option that no source needs.
         "name" => return Err(Problem::new(Kind::Options, "name: a source has its own")),
         key => one(key),
     })

@@ -1,4 +1,5 @@
-//! From a model to its picture: by its key from the cache, from somebody who is drawing it, or from a worker.
+//! From a model to its picture: by its key from the cache, from an equal request that is being drawn, or from a
+//! worker.
 
 use super::app::{App, Outcome};
 use super::body::Held;
@@ -18,27 +19,27 @@ use std::time::Instant;
 /// Bytes that are hashed at once on a thread that has connections to serve.
 const HASHED_AT_ONCE: usize = 4 << 20;
 
-/// How often work is begun that others have given up.
+/// Number of attempts at work that other requests have given up.
 const ATTEMPTS: u32 = 5;
 
 /// A picture that is asked for.
 pub struct Asked {
     /// The name of the model's file.
     pub name: String,
-    /// What is in it.
+    /// Content of the model's file.
     pub model: Bytes,
     /// The files that it may refer to.
     pub files: Arc<dyn Files>,
-    /// What tells them from those of another request.
+    /// Identity of the files, which tells them from those of another request.
     pub identity: String,
-    /// How it is drawn.
+    /// Options of the picture.
     pub request: PictureRequest,
     /// Its bytes, counted.
     #[expect(dead_code, reason = "kept, not looked at")]
     pub held: Held,
 }
 
-/// What is answered.
+/// Answer to a request.
 pub enum Answer {
     /// The picture, and where it came from: `drawn`, `shared` with an equal request, or the `cache`.
     Picture(Arc<Picture>, &'static str),
@@ -107,14 +108,14 @@ async fn hash(model: &Bytes) -> Result<String, Problem> {
     hashed.map_err(|e| Problem::new(Kind::Worker, e.to_string()))
 }
 
-/// What names the request as far as it is known without the files that the model refers to.
+/// Name of the request as far as it is known without the files that the model refers to.
 fn name_of(app: &App, asked: &Asked, hash: &str) -> String {
     let key = app.keys.of(hash, &asked.name, &[], &asked.request);
     // Some models look for files of their own name.
     hash_of(format!("{key}/{}", asked.name).as_bytes())
 }
 
-/// What is in the files that a model refers to; `None` if that takes a worker to find out.
+/// Hashes of the files that a model refers to; `None` if that takes a worker to find out.
 async fn needed(app: &App, asked: &Asked, names: &[(String, bool)]) -> Option<Vec<Needed>> {
     let mut needed = Vec::with_capacity(names.len());
     for (name, alike) in names {
@@ -178,7 +179,7 @@ async fn draw(app: &App, asked: &Asked, hash: &str, of: &str, queue: f64) -> Out
     Ok((Arc::new(picture), "drawn"))
 }
 
-/// The file that is asked for, and what is told with it.
+/// The file that is asked for, with its metadata.
 fn told(app: &App, asked: &Asked, key: String, queue: f64, drawn: DrawnPicture) -> Option<Picture> {
     let DrawnPicture { files, told } = drawn;
     let stages: Vec<(String, f64)> = match &told.stages_ms {

@@ -1,4 +1,4 @@
-//! Which request goes where, and what is noted of each.
+//! Routes of requests, and the log line of each.
 
 use super::app::App;
 use super::error::{Kind, Problem, Told};
@@ -59,7 +59,7 @@ fn route(path: &str) -> &'static str {
     }
 }
 
-/// Names a request, and notes what became of it.
+/// Names a request, and records its outcome.
 async fn note(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
     let begun = Instant::now();
     let id = request_id(&app, &request);

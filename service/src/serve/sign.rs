@@ -8,10 +8,10 @@ use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 use std::fmt;
 
-/// What stands in place of a signature where none is needed.
+/// Placeholders for the signature where none is needed.
 const UNSIGNED: [&str; 2] = ["unsafe", "_"];
 
-/// Who may ask for which paths.
+/// Check of the signatures of paths.
 #[derive(Clone, Default)]
 pub struct Signer {
     pairs: Vec<Pair>,
@@ -32,7 +32,7 @@ impl fmt::Debug for Signer {
 }
 
 impl Signer {
-    /// Of hexadecimal keys and as many salts.
+    /// Signer from hexadecimal keys and as many salts.
     ///
     /// # Errors
     /// One line that names the option.
@@ -50,7 +50,7 @@ impl Signer {
         Ok(Self { pairs, allow_unsigned })
     }
 
-    /// Whether a signature is one of a path, which begins with a slash.
+    /// Checks the signature of a path, which begins with a slash.
     ///
     /// # Errors
     /// [`Kind::Unsigned`], [`Kind::Signature`].

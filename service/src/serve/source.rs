@@ -1,4 +1,4 @@
-//! Where models of paths come from: a folder, object stores, HTTP; those alone that the service allows.
+//! Sources of the models of paths: a folder, object stores, HTTP; those alone that the service allows.
 
 use super::address::Network;
 use super::allowed::Allowed;
@@ -30,14 +30,14 @@ pub struct Sources {
 pub struct Source {
     /// The name of its file.
     pub name: String,
-    /// What is in it.
+    /// Content of the file.
     pub model: Bytes,
     /// The files beside it.
     pub files: Arc<dyn Files>,
 }
 
 impl Sources {
-    /// Of the options.
+    /// Sources from the options.
     ///
     /// # Errors
     /// One line.

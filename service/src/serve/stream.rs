@@ -1,4 +1,4 @@
-//! Sockets that give up on clients who take nothing.
+//! Sockets that give up on clients that do not read.
 
 use std::io;
 use std::pin::Pin;
@@ -80,10 +80,11 @@ impl AsyncWrite for Patient {
 
 /// The beginning of HTTP/2 on a plain socket.
 const PREFACE: &[u8; 24] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
-/// Between two looks at what has come.
+/// Interval between two looks at the bytes that have come.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// Whether a client speaks HTTP/2, by its first bytes, which stay unread. `None` if it goes away, or says nothing for too long.
+/// True if a client speaks HTTP/2, by its first bytes, which stay unread. `None` if it goes away, or says nothing for
+/// too long.
 pub async fn is_http2(stream: &TcpStream, patience: Duration) -> Option<bool> {
     let look = async {
         loop {

@@ -1,4 +1,4 @@
-//! What a client sends: a model, or a model with its files in a form.
+//! Upload of a client: a model, or a model with its files in a form.
 
 use super::body::Held;
 use super::error::{Kind, Problem};
@@ -21,7 +21,7 @@ pub struct Upload {
     pub name: String,
     /// Its media type, if one was told.
     pub media_type: Option<String>,
-    /// What is in it.
+    /// Content of the model's file.
     pub model: Bytes,
     /// The files that came with it.
     pub files: MemoryFiles,
@@ -32,7 +32,7 @@ pub struct Upload {
 }
 
 impl Upload {
-    /// Of a body and what its head says.
+    /// Upload from a body and its headers.
     ///
     /// # Errors
     /// [`Kind::Options`] if it is no form that can be read.
@@ -68,7 +68,7 @@ impl Upload {
         }
     }
 
-    /// What tells this upload's files from those of others.
+    /// Identity of the upload's files, which tells them from those of others.
     #[must_use]
     pub fn identity(&self) -> String {
         let mut hasher = blake3::Hasher::new();

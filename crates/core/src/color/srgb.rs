@@ -139,8 +139,8 @@ pub fn linear_to_srgb8(linear: f32) -> u8 {
     }
 }
 
-/// How far the polynomial of [`encode_lanes`] may be from the exact code. Its true error is 4e-4 plus rounding; lanes
-/// closer than this to a change of code ask the exact function.
+/// Error bound of the polynomial of [`encode_lanes`] against the exact code. Its true error is 4e-4 plus rounding;
+/// lanes closer than this to a change of code ask the exact function.
 const DOUBT: f32 = 0.000_6;
 
 /// [`linear_to_srgb8`] for sixteen values at once, with the same result. `linear_mask` lanes (alpha) are instead

@@ -1,11 +1,11 @@
-//! Tone curves: scene-referred light to what a display can show.
+//! Tone curves: from scene-referred to display-referred light.
 
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
 use std::fmt;
 use std::str::FromStr;
 
-/// How radiance of any magnitude becomes display light from 0 to 1.
+/// Curve of the tone mapping, from radiance of any magnitude to display light from 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ToneCurve {
@@ -92,9 +92,9 @@ fn transform<F: Float>(m: &[[f32; 3]; 3], v: [F; 3]) -> [F; 3] {
 fn neutral<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
     /// Fresnel reflectance at normal incidence that a base colour is seen through.
     const F90: f32 = 0.04;
-    /// Where compression starts.
+    /// Peak above which colours are compressed.
     const KS: f32 = 0.8 - F90;
-    /// How fast compressed colours turn white.
+    /// Rate at which compressed colours fade to white.
     const KD: f32 = 0.15;
     let least = rgb[0].min(rgb[1]).min(rgb[2]);
     let toe = least - least.squared() * 6.25;

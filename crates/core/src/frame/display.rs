@@ -8,7 +8,7 @@ use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 use std::slice::ChunksExact;
 
-/// How linear light becomes a picture for a screen.
+/// Conversion of linear light to a picture for a screen: exposure, tone mapping and background.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct DisplayOptions {
@@ -72,7 +72,7 @@ impl DisplayOptions {
 }
 
 impl DisplayOptions {
-    /// The same, with what the meter says of a frame in the exposure, if it is asked.
+    /// The same with the metered exposure of a frame added, if [`DisplayOptions::meter`] is set.
     #[must_use]
     pub fn metered(&self, frame: &Frame) -> Self {
         let exposure = self.exposure + if self.meter { frame.metered_exposure() } else { 0.0 };
@@ -120,7 +120,7 @@ impl DisplayImage {
         rows(&self.pixels, self.width)
     }
 
-    /// All bytes, R G B A for each pixel, row by row from the top without gaps: what encoders and windows take.
+    /// All bytes, R G B A for each pixel, row by row from the top without gaps, as encoders and windows take them.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.pixels.as_flattened()
@@ -133,7 +133,7 @@ impl DisplayImage {
     }
 }
 
-/// Difference between what passes of two colours that is one step of 8 bits.
+/// Difference of two transmittances that is one step of 8 bits.
 const LEAST_TINT: f32 = 1.0 / 255.0;
 
 /// True if a transmittance is not that of grey glass.
@@ -141,15 +141,15 @@ pub fn is_tinted(&[r, g, b]: &[f32; 3]) -> bool {
     (r - g).abs() > LEAST_TINT || (g - b).abs() > LEAST_TINT || (b - r).abs() > LEAST_TINT
 }
 
-/// What [`DisplayImage::new`] does to pixels, wherever they are.
+/// Per-pixel conversion of [`DisplayImage::new`], for pixels of any memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Developer {
-    /// What light is multiplied by.
+    /// Exposure as a linear factor.
     exposure: f32,
     tone_curve: ToneCurve,
     /// Linear.
     background: Option<[f32; 3]>,
-    /// What pixels without coverage become.
+    /// Output of pixels without coverage, 8-bit sRGB with straight alpha.
     nothing: [u8; 4],
 }
 
@@ -165,7 +165,7 @@ impl Developer {
         }
     }
 
-    /// What pixels without coverage become.
+    /// Output of pixels without coverage, 8-bit sRGB with straight alpha.
     pub fn nothing(&self) -> [u8; 4] {
         self.nothing
     }
@@ -243,12 +243,12 @@ impl Developer {
     }
 }
 
-/// What is put behind pixels, in linear light.
+/// Background of pixels, in linear light.
 #[derive(Clone, Copy)]
 enum Behind<'a> {
     Nothing,
     Color([f32; 3]),
-    /// A colour of which each pixel lets another part of red, green and blue through.
+    /// A colour that pixels transmit in their own share of red, green and blue.
     Tinted([f32; 3], &'a [[f32; 3]]),
 }
 

@@ -1,18 +1,18 @@
-//! How bright a picture is: the exposure that suits it, and how much of it has no drawing left.
+//! Brightness of a picture: the metered exposure, and the clipped share.
 
 use super::{DisplayImage, Frame};
 
-/// Where [`Frame::metered_exposure`] puts the luminance that one tenth of the object exceeds: below what tone curves begin to
-/// compress.
+/// Key of [`Frame::metered_exposure`]: luminance that one tenth of the object exceeds after metering. Below the onset
+/// of compression of the tone curves.
 const KEY: f32 = 0.7;
 
 /// Largest magnitude of a metered exposure in stops.
 const MOST_STOPS: f32 = 24.0;
 
-/// Luminances are counted in classes 1/128 of an octave wide: what their numbers' upper 16 bits say.
+/// Classes of the luminance histogram, 1/128 of an octave wide: the upper 16 bits of the numbers.
 const CLASSES: usize = 1 << 15;
 
-/// A pixel is white whose least channel is at least this of 255: what is far too bright keeps a trace of its colour.
+/// A pixel is white whose least channel is at least this of 255: overexposed colours keep a trace of their hue.
 const WHITE: u8 = 240;
 
 /// A pixel is black whose greatest channel is at most this of 255.
@@ -21,15 +21,15 @@ const BLACK: u8 = 3;
 /// Alpha from which on a pixel counts as covered.
 const COVERED: f32 = 0.99;
 
-/// How much of a picture is white or black, by [`DisplayImage::clipping`].
+/// White and black pixels of a picture, by [`DisplayImage::clipping`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Clipping {
-    /// Pixels that surfaces cover; not those at edges, which show what is behind.
+    /// Pixels that surfaces cover wholly; not those at edges, which show the background.
     pub covered: u64,
-    /// Those of them that are white.
+    /// Covered pixels that are white.
     pub white: u64,
-    /// Those of them that are black.
+    /// Covered pixels that are black.
     pub black: u64,
 }
 
@@ -61,7 +61,8 @@ impl Clipping {
 }
 
 impl DisplayImage {
-    /// How much of the object is white or black on the screen, where this is the picture of a frame.
+    /// Count of the object's pixels that are white or black on the screen, where this is the picture of the frame
+    /// `of`.
     #[must_use]
     pub fn clipping(&self, of: &Frame) -> Clipping {
         let mut clipping = Clipping::default();
@@ -87,7 +88,7 @@ impl Frame {
         for [r, g, b, alpha] in &self.pixels {
             let weight = (alpha * 255.0 + 0.5) as u64;
             let luminance = (0.2126 * r + 0.7152 * g + 0.0722 * b) / alpha;
-            // Neither what is no number nor what is infinite.
+            // Neither NaN nor infinity counts.
             if weight > 0 && (0.0..=f32::MAX).contains(&luminance) {
                 counts[(luminance.to_bits() >> 16) as usize] += weight;
                 all += weight;

@@ -1,4 +1,4 @@
-//! What comes out of a render: pixel planes in linear light, and what screens show of them.
+//! Result of a render: pixel planes in linear light, and their display images.
 
 mod display;
 mod meter;
@@ -48,8 +48,9 @@ pub struct Frame {
     pub aovs: Vec<AovPlane>,
 }
 
-/// One G-buffer plane: what the rasterizer saw, averaged over the samples of each pixel that hit a surface. Of splats there are
-/// depth and object, of the one behind which less than half of the light passes, and coverage.
+/// One G-buffer plane: an attribute of the visible surfaces, averaged over the samples of each pixel that hit a
+/// surface. Of splats there are depth and object, of the one behind which less than half of the light passes, and
+/// coverage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AovPlane {
     /// Which quantity.
@@ -87,7 +88,7 @@ pub enum Aov {
     Coat,
     /// Thickness of the coat in units of length.
     CoatThickness,
-    /// What the coat lets through at normal incidence, linear.
+    /// Transmittance of the coat at normal incidence, linear.
     CoatColor,
     /// Linear sheen colour.
     SheenColor,
@@ -225,7 +226,7 @@ impl Aov {
     }
 }
 
-/// Where a pixel is in its plane; `None` outside of the picture.
+/// Index of a pixel in its plane; `None` outside of the picture.
 fn position(width: u32, height: u32, x: u32, y: u32) -> Option<usize> {
     if x >= width || y >= height {
         return None;
@@ -262,8 +263,8 @@ impl Frame {
         plane(&self.aovs, aov)
     }
 
-    /// What a plane has in column x of row y: [`Aov::channels`] numbers. `None` outside of the picture, or if the plane was
-    /// not asked for.
+    /// Values of a plane in column x of row y: [`Aov::channels`] numbers. `None` outside of the picture, or if the
+    /// plane was not asked for.
     #[must_use]
     pub fn plane_pixel(&self, aov: Aov, x: u32, y: u32) -> Option<&[f32]> {
         let pixel = position(self.width, self.height, x, y)?;

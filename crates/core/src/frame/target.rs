@@ -3,7 +3,7 @@
 use super::{Developer, DisplayImage, Frame};
 use crate::math::lanes::Lanes;
 
-/// How a pixel lies in memory.
+/// Layout of a pixel in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PixelFormat {
@@ -63,7 +63,7 @@ impl PixelFormat {
         if self.is_linear() { 16 } else { 4 }
     }
 
-    /// Whether it holds linear light, not what a screen shows.
+    /// True if it holds linear light, not display light.
     #[must_use]
     pub const fn is_linear(self) -> bool {
         matches!(self, Self::RgbaF32 | Self::RgbaF32Premultiplied)
@@ -96,19 +96,19 @@ impl<'a> Target<'a> {
         Self { region: Some([left, top, width, height]), ..self }
     }
 
-    /// How its pixels lie in memory.
+    /// Layout of its pixels.
     #[must_use]
     pub fn format(&self) -> PixelFormat {
         self.format
     }
 
-    /// What of a picture it holds, and how: one that is alike holds the same bytes.
+    /// Pixel format and region: targets alike in both hold the same bytes of a picture.
     pub fn content(&self) -> (PixelFormat, Option<[u32; 4]>) {
         (self.format, self.region)
     }
 
-    /// The part of a picture of that size that it holds: first column and row, and the ends. An error says what does not fit, its
-    /// value and what it may be.
+    /// The part of a picture of that size that it holds: first column and row, and the ends. An error names the
+    /// quantity that does not fit, its value and the range allowed.
     pub fn fit(&self, size: [u32; 2]) -> Result<[u32; 4], (&'static str, String, &'static str)> {
         let [left, top, width, height] = self.region.unwrap_or([0, 0, size[0], size[1]]);
         let ends = [left.checked_add(width), top.checked_add(height)];
@@ -159,7 +159,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// How tiles make pixels of a target.
+/// Conversion of finished tiles to pixels of a target.
 #[derive(Clone, Copy, Debug)]
 pub struct TargetWriter {
     format: PixelFormat,
@@ -167,7 +167,7 @@ pub struct TargetWriter {
 }
 
 impl TargetWriter {
-    /// For pixels of a format that a developer makes, or that are linear.
+    /// Writer for pixels of a format that a developer makes, or that are linear.
     pub fn new(format: PixelFormat, developer: Developer) -> Self {
         Self { format, developer }
     }

@@ -18,7 +18,7 @@ pub(super) fn part_size(items: usize) -> usize {
 pub(super) struct Parts<I>([Mutex<Option<(usize, I)>>; PARTS]);
 
 impl<I: Iterator> Parts<I> {
-    /// Of iterators over `size` items each; the last may have fewer.
+    /// Parts from iterators over `size` items each; the last may have fewer.
     pub(super) fn new(size: usize, parts: impl Iterator<Item = I>) -> Self {
         let mut own = Self([const { Mutex::new(None) }; PARTS]);
         for (place, part) in own.0.iter_mut().zip((0..).step_by(size).zip(parts)) {

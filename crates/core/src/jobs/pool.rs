@@ -6,7 +6,7 @@ pub(super) struct Pool(rayon::ThreadPool);
 
 #[cfg(feature = "threads")]
 impl Pool {
-    /// Of so many threads, if the system gives them.
+    /// Pool of so many threads, if the system gives them.
     pub(super) fn new(threads: usize) -> Option<Self> {
         let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
         builder.thread_name(|k| format!("overcoat-{k}")).build().ok().map(Self)

@@ -97,7 +97,7 @@ fn ln_cubic<R: Real>(f: R) -> R {
     f * f * f * f.polynomial(c)
 }
 
-/// Puts in what a logarithm gives for zero, infinity, negative numbers and NaN.
+/// Replaces the results for zero, infinity, negative numbers and NaN by those of a logarithm.
 #[inline(always)]
 fn ln_specials<R: Real>(x: R, y: R) -> R {
     let zero = x.constant(0.0);

@@ -6,7 +6,7 @@
 use super::lanes::{Float, Int, Mask};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// What the kernels need of a number. Every operation is exactly rounded or exact.
+/// Operations that the kernels need of a number, each exactly rounded or exact.
 pub(super) trait Real:
     Copy
     + Add<Output = Self>

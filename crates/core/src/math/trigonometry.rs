@@ -53,7 +53,7 @@ pub(super) fn cos<R: Real>(x: R) -> R {
 
 #[inline(always)]
 pub(super) fn acos<R: Real>(x: R) -> R {
-    /// What pi / 2 and pi lack as `f32`.
+    /// Rounding error of pi / 2 as `f32`: the exact value less the rounded one.
     const HALF_PI_LOW: f32 = -4.371_139e-8;
     let magnitude = x.abs().limited(0.0, 1.0);
     let outer = x.constant(0.5).lt(magnitude);
@@ -63,7 +63,7 @@ pub(super) fn acos<R: Real>(x: R) -> R {
     let tail = s * z * z.polynomial([0.166_667_52, 0.074_952_98, 0.045_470_346, 0.024_179_65, 0.042_166_09]);
     let negative = R::bit_set(x.bits(), 31);
     let half_pi = x.constant(FRAC_PI_2);
-    // The tail takes what the leading sum rounds away.
+    // The tail adds the rounding error of the leading sum.
     let signed_s = R::select(negative, -s, s);
     let signed_tail = R::select(negative, -tail, tail);
     let leading = half_pi - signed_s;

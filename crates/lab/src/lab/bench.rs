@@ -9,7 +9,7 @@ use overcoat_scene::{
 };
 use std::sync::Arc;
 
-/// Distance of the camera, and half the height of what it sees: any, since nothing is near and the surface is even.
+/// Distance of the camera, and half the height of its view: any, since nothing is near and the surface is even.
 const DISTANCE: f64 = 4.0;
 
 /// Shades specimens.
@@ -41,7 +41,7 @@ impl Bench {
         self.renderer.jobs()
     }
 
-    /// What a model shows of a specimen from `view` degrees off the normal, linear.
+    /// Radiance of a specimen as a model shades it, `view` degrees off the normal, linear.
     ///
     /// # Errors
     /// [`LabError`] if a number is out of its range.

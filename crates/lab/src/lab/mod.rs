@@ -1,9 +1,10 @@
-//! How far the clear coats of engines are from physics: the same coated surface by a shading model and by the referee.
+//! Errors of the clear coats of engines against physics: the same coated surface by a shading model and by the
+//! referee.
 //!
-//! A [`Specimen`] is a coated surface in numbers. [`Bench`] shades it with the models of this crate, by pictures of one pixel,
-//! so that what is measured is what pictures show; [`Referee`] follows light through the same layers ([`crate::truth`]). A
-//! [`Slice`] varies one quantity, a [`Summary`] goes over a grid of specimens and says how far each model is off; a [`Translator`]
-//! finds the parameters of one model whose pictures are nearest to another's.
+//! A [`Specimen`] is a coated surface in numbers. [`Bench`] shades it with the models of this crate, by pictures of
+//! one pixel, so that pictures are measured; [`Referee`] follows light through the same layers ([`crate::truth`]). A
+//! [`Slice`] varies one quantity, a [`Summary`] measures the error of each model over a grid of specimens; a
+//! [`Translator`] finds the parameters of one model whose pictures are nearest to another's.
 //!
 //! ```
 //! # mod overcoat { pub use {overcoat_lab::{lab, truth}, overcoat_scene as scene}; }
@@ -25,13 +26,14 @@
 //! The value is always a radiance: under light from one direction the BRDF times the cosine of that direction (a lamp that a white
 //! Lambert surface would show as 1/pi if it shone from the normal), under white light from everywhere the directional albedo, under a soft box its part of that.
 //!
-//! The coat is a dielectric with Fresnel's equations over a medium that absorbs. What lies beneath is what engines say it is, seen
-//! alone: the coat is on trial, not the base. So a metal is GGX with Schlick's term and all its bounces, a dielectric base is GGX
-//! with Schlick's term over Lambert without refraction between the two, and a `specular` of 0 leaves Lambert alone. A mask between 0
-//! and 1 is that share of the surface with a coat and the rest without, as every engine defines it.
+//! The coat is a dielectric with Fresnel's equations over a medium that absorbs. The base is as engines define it
+//! without a coat: the coat is on trial, not the base. So a metal is GGX with Schlick's term and all its bounces, a
+//! dielectric base is GGX with Schlick's term over Lambert without refraction between the two, and a `specular` of 0
+//! leaves Lambert alone. A mask between 0 and 1 is that share of the surface with a coat and the rest without, as
+//! every engine defines it.
 
 mod bench;
-// What it makes is files, which are the program's.
+// Its output is files, which are the program's.
 pub mod conformance;
 mod referee;
 mod slice;
@@ -50,7 +52,7 @@ use crate::truth::StackError;
 use overcoat_render::RenderError;
 use overcoat_scene::SceneError;
 
-/// What light falls on a specimen.
+/// Light on a specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
     /// From one direction, in the plane of the view: degrees from the normal, -89 to 89. Below 0 it comes from the side of the
@@ -65,7 +67,7 @@ pub enum Light {
 /// Radius of [`Light::Overhead`], in degrees.
 pub const OVERHEAD: f64 = 37.5;
 
-/// Why something cannot be measured.
+/// Reason why something cannot be measured.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LabError {
@@ -81,11 +83,11 @@ pub enum LabError {
     /// A number is out of range.
     #[error("{what} is {value}; possible is {range}")]
     OutOfRange {
-        /// Of what.
+        /// Name of the number.
         what: &'static str,
-        /// What it is.
+        /// Value found.
         value: f64,
-        /// What it can be.
+        /// Range that is possible.
         range: &'static str,
     },
 }

@@ -5,7 +5,7 @@ use crate::truth::{CHUNK, Outcome, Samples, Stack, StackError};
 use overcoat_core::jobs::Jobs;
 use std::ops::Range;
 
-/// What the random walk says of one specimen.
+/// Reference radiance of one specimen, by random walks.
 #[derive(Clone, Debug)]
 pub struct Referee {
     coated: Stack,
@@ -35,7 +35,7 @@ impl Measured {
         self.error
     }
 
-    /// What of the value the coat's own surface reflects.
+    /// Part of the value that the coat's own surface reflects.
     #[must_use]
     pub fn coat(&self) -> [f64; 3] {
         self.coat
@@ -52,7 +52,7 @@ impl Referee {
         Ok(Self { coated: specimen.stack(true)?, bare: specimen.stack(false)?, mask: specimen.coat })
     }
 
-    /// What there is to see from `view` degrees off the normal: see [`super::Bench::radiance`].
+    /// Reference radiance from `view` degrees off the normal: see [`super::Bench::radiance`].
     ///
     /// # Errors
     /// [`LabError`] if a number is out of its range.
@@ -113,7 +113,7 @@ impl Referee {
     }
 }
 
-/// Sums of what walks bring from the soft box, of squares, and of what the coat alone reflects.
+/// Sums over walks: radiance from the soft box, its square, and the reflection of the coat alone.
 #[derive(Default)]
 struct Sums {
     count: f64,

@@ -1,10 +1,10 @@
-//! One quantity that varies, and what models and referee say of it.
+//! One quantity that varies, and the radiance of models and referee over it.
 
 use super::{Bench, LabError, Light, Referee, Specimen};
 use crate::truth::Samples;
 use overcoat_scene::ShadingModel;
 
-/// What can vary.
+/// Quantity that a slice varies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
@@ -58,7 +58,7 @@ impl Quantity {
         }
     }
 
-    /// From where to where it goes unless somebody says otherwise.
+    /// Default range.
     #[must_use]
     pub fn range(self) -> [f64; 2] {
         match self {
@@ -74,34 +74,34 @@ impl Quantity {
 /// One row of a slice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Of the quantity.
+    /// Value of the quantity.
     pub value: f64,
-    /// What each model shows, in the order of [`Slice::models`].
+    /// Radiance by each model, in the order of [`Slice::models`].
     pub models: Vec<[f64; 3]>,
-    /// What there is to see.
+    /// Radiance by the referee.
     pub truth: [f64; 3],
-    /// Its standard error.
+    /// Standard error of the referee.
     pub error: [f64; 3],
-    /// What of it the coat's own surface reflects.
+    /// Part of the referee's radiance that the coat's own surface reflects.
     pub coat: [f64; 3],
 }
 
-/// A specimen, how it is looked at, and what varies.
+/// A specimen, its view and light, and the quantity that varies.
 #[derive(Clone, Debug)]
 pub struct Slice {
-    /// With the values of what does not vary.
+    /// Specimen with the values of the quantities that do not vary.
     pub specimen: Specimen,
-    /// Degrees from the normal.
+    /// Angle of the view in degrees from the normal.
     pub view: f64,
-    /// What falls on it.
+    /// Light on the specimen.
     pub light: Light,
-    /// What varies.
+    /// Quantity that varies.
     pub over: Quantity,
-    /// From where to where.
+    /// First and last value.
     pub range: [f64; 2],
-    /// In how many values, two at least, evenly apart.
+    /// Number of values, two at least, evenly apart.
     pub steps: usize,
-    /// Which models are measured.
+    /// Models to measure.
     pub models: Vec<ShadingModel>,
     /// Samples of the referee for each value.
     pub samples: Samples,
@@ -116,7 +116,7 @@ impl Slice {
         (0..steps).map(|k| first + (last - first) * (k as f64 / (steps - 1) as f64)).collect()
     }
 
-    /// Measures every value; `done` is told how many.
+    /// Measures every value; `done` is called with the number of finished values.
     ///
     /// # Errors
     /// [`LabError`] if a number is out of its range.
@@ -138,7 +138,7 @@ impl Slice {
         Ok(Row { value, models, truth, error, coat })
     }
 
-    /// The same slice with another value of what does not vary in it.
+    /// The same slice with another value of a quantity that does not vary in it.
     ///
     /// # Errors
     /// [`LabError`] if that is the angle of light that comes from everywhere.

@@ -16,13 +16,13 @@ pub struct Specimen {
     pub thickness: f64,
     /// Extinction of the coat per unit of length, 0 or more.
     pub extinction: [f64; 3],
-    /// Perceptual roughness of what is beneath.
+    /// Perceptual roughness of the base.
     pub base_roughness: f64,
     /// True of a metal.
     pub metal: bool,
-    /// Reflectance of a metal at normal incidence; of what is none, albedo of the diffuse part.
+    /// F0 of a metal; albedo of the diffuse lobe of any other base.
     pub color: [f64; 3],
-    /// Strength of the specular part of what is no metal: its reflectance at normal incidence is 0.04 times this, 0 to 1.
+    /// Strength of the specular lobe of a base that is no metal, 0 to 1: its F0 is 0.04 times this.
     pub specular: f64,
 }
 
@@ -64,7 +64,7 @@ impl Specimen {
         medium.ior = self.coat_ior as f32;
         medium.thickness = (self.thickness as f32).into();
         medium.extinction = self.extinction.map(|c| c as f32);
-        // OpenPBR has no thickness: what passes the coat down and up at normal incidence is its colour.
+        // OpenPBR has no thickness: the coat's transmittance down and up at normal incidence is its colour.
         medium.color = self
             .extinction
             .map(|c| overcoat_core::math::double::exp(-2.0 * c * self.thickness) as f32)

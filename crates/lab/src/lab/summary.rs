@@ -1,4 +1,4 @@
-//! A grid of specimens, and how far each model is off on it.
+//! A grid of specimens, and the errors of each model on it.
 
 use super::{Bench, LabError, Light, Referee, Specimen, luminance};
 use crate::truth::Samples;
@@ -14,10 +14,10 @@ const LIGHTS: [f64; 4] = [-55.0, -10.0, 25.0, 65.0];
 /// Degrees from the mirrored view to light in the lobe.
 const BESIDE_MIRROR: f64 = 12.0;
 
-/// How far one model is from the referee.
+/// Error of one model against the referee.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelError {
-    /// Which.
+    /// Model that is measured.
     pub model: ShadingModel,
     /// Under white light: mean of the signed differences of directional albedos, in shares of the referee's.
     pub bias: f64,
@@ -30,7 +30,7 @@ pub struct ModelError {
     pub worst: (f64, Specimen, f64),
 }
 
-/// What a grid of specimens comes to.
+/// Errors of models over a grid of specimens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Specimens times views.
@@ -41,7 +41,7 @@ pub struct Summary {
     pub noise: f64,
 }
 
-/// What models say of one specimen and view under one light, and what the referee says.
+/// Values of models and referee for one specimen and view under one light.
 struct Case {
     models: Vec<f64>,
     truth: f64,
@@ -85,14 +85,14 @@ impl Summary {
         found
     }
 
-    /// Specimens anywhere in the ranges, the same for the same number: what a model that was made with the grid at hand has not
-    /// seen. A third each is matt, plastic and metal; half of the coats absorb.
+    /// Specimens spread over the whole ranges, the same for the same number: a test set for models that were made with
+    /// the grid. A third each is matt, plastic and metal; half of the coats absorb.
     #[must_use]
     pub fn random(count: u32) -> Vec<Specimen> {
         (0..count).map(at_random).collect()
     }
 
-    /// Measures models on specimens; `done` is told how many of how many.
+    /// Measures models on specimens; `done` is called with the number done and the number of all.
     ///
     /// # Errors
     /// [`LabError`] if a number is out of its range.
@@ -172,7 +172,7 @@ fn at_random(number: u32) -> Specimen {
     }
 }
 
-/// Luminance of what models and referee say.
+/// Luminances of models and referee.
 fn case(
     bench: &mut Bench,
     referee: &Referee,

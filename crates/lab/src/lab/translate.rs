@@ -1,11 +1,11 @@
 //! Parameters of one model whose pictures are nearest to another's.
 //!
-//! Both are asked for the radiance of a flat surface from [`VIEWS`] under light from one direction, from a soft box and from
-//! everywhere. What is made small is the sum of squares of differences of lightness: the cube root (CIE 1976 L* is 116 times that, less 16) of
-//! x / (1 + x), since what is brighter than white is white in pictures. Views count by their cosine, which is the area that a
-//! surface seen from there has in pictures. That is done by the method of Levenberg (1944) and Marquardt (1963) with derivatives from differences, from a few
-//! starts; the best end counts, and the first of equal ones. Textures are kept as they are, and what they multiply is found
-//! where they are white.
+//! Both are asked for the radiance of a flat surface from [`VIEWS`] under light from one direction, from a soft box
+//! and from everywhere. What is made small is the sum of squares of differences of lightness: the cube root (CIE 1976
+//! L* is 116 times that, less 16) of x / (1 + x), since light brighter than white is white in pictures. Views count by
+//! their cosine, which is the area that a surface seen from there has in pictures. That is done by the method of
+//! Levenberg (1944) and Marquardt (1963) with derivatives from differences, from a few starts; the best end counts,
+//! and the first of equal ones. Textures are kept as they are, and what they multiply is found where they are white.
 
 use super::{Bench, LabError, Light};
 use overcoat_scene::parameters::{Kind, PARAMETERS, Parameter, slots};
@@ -47,10 +47,10 @@ const FOUND: [&str; 13] = [
     "sheen_color",
 ];
 
-/// How far two models are from each other: root mean squares of the differences of lightness, 0 to 1.
+/// Distance between two models: root mean squares of the differences of lightness, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distance {
-    /// Of all that was compared, weighted.
+    /// Weighted mean over all measures.
     pub all: f64,
     /// Under white light from everywhere.
     pub white: f64,
@@ -63,15 +63,15 @@ pub struct Distance {
 /// A material for another model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Translation {
-    /// With the model that it is for. What that does not read has its default.
+    /// Material with the model that it is for. Parameters that the model does not read have their defaults.
     pub material: Material,
-    /// How far the material is off as it was, shaded by the other model.
+    /// Distance of the original material, shaded by the other model.
     pub before: Distance,
-    /// How far this one is off.
+    /// Distance of this material.
     pub after: Distance,
 }
 
-/// What is compared, with its weight, and which part of the distance it is.
+/// View and light of a comparison, its weight, and the part of the distance it counts in.
 struct Measure {
     view: f64,
     light: Light,
@@ -92,8 +92,8 @@ impl Translator {
         Self { bench: Bench::new(1) }
     }
 
-    /// The parameters for `to` that come nearest to what `from` makes of a material. For the same model they are those of the
-    /// material.
+    /// The parameters for `to` whose pictures come nearest to those of a material by `from`. For the same model they
+    /// are those of the material.
     ///
     /// # Errors
     /// [`LabError`] if the material is not valid or a model is not built.
@@ -122,7 +122,7 @@ impl Translator {
         Ok(Translation { material: best.1, before, after })
     }
 
-    /// How far a material is off, by another model, from what a model makes of another material.
+    /// Distance between a material under a model and another material under another model.
     ///
     /// # Errors
     /// As [`Translator::translate`].
@@ -282,9 +282,9 @@ impl Position {
     }
 }
 
-/// What can be changed of a material for a model.
+/// Parameters of a material that the search may change for a model.
 fn places(material: &Material, model: ShadingModel) -> Vec<Position> {
-    // What a material has none of is not put into it to make up for something else.
+    // A feature that a material does not use is not added to make up for something else.
     let metal = matches!(material.workflow, Workflow::MetallicRoughness { metallic: 1.0, .. });
     let has = |parameter: &Parameter| match parameter.name {
         "specular" | "specular_color" => !metal,
@@ -318,7 +318,7 @@ fn untextured(material: &Material) -> Material {
     plain
 }
 
-/// What the model does not read, as it is by default.
+/// Material with defaults for the parameters that the model does not read.
 fn without_unread(material: &Material, model: ShadingModel) -> Material {
     let (mut plain, default) = (material.clone(), Material::default());
     for parameter in PARAMETERS {
@@ -326,7 +326,7 @@ fn without_unread(material: &Material, model: ShadingModel) -> Material {
             parameter.set_numbers(&mut plain, parameter.numbers(&default));
         }
     }
-    // An extinction needs a thickness; what has none absorbs nothing.
+    // An extinction needs a thickness; a coat without one absorbs nothing.
     let coat = &mut plain.lobes.coat;
     if coat.thickness.factor > 0.0 && coat.thickness.texture.is_none() {
         coat.extinction = coat.extinction.map(|c| c * coat.thickness.factor);
@@ -345,7 +345,8 @@ fn reads(model: ShadingModel, name: &str) -> bool {
     PARAMETERS.iter().any(|p| p.name == name && p.models().contains(&model))
 }
 
-/// Where descents begin: as it is; with the colour of the coat in the base and in the coat; and from the middle of all.
+/// Start points of the descents: the material as it is; with the colour of the coat in the base and in the coat; and
+/// from the middle of all.
 fn starts(material: &Material, same: &Material) -> Vec<Material> {
     let coat = &material.lobes.coat;
     let passes: [f32; 3] = std::array::from_fn(|c| {
@@ -377,7 +378,7 @@ fn starts(material: &Material, same: &Material) -> Vec<Material> {
     vec![same.clone(), dyed, tinted, middle]
 }
 
-/// A step of Levenberg and Marquardt's within 0 to 1. What stands at an end of its range and would leave it stays.
+/// A step of Levenberg and Marquardt's within 0 to 1. A parameter at an end of its range that would leave it stays.
 fn stepped(x: &[f64], columns: &[Vec<f64>], r: &[f64], damping: f64) -> Vec<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let gradient: Vec<f64> = columns.iter().map(|column| dot(column, r)).collect();

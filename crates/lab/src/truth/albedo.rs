@@ -1,4 +1,4 @@
-//! What leaves a stack in all directions.
+//! Directional albedo of a stack: light that leaves it in all directions.
 
 use super::error::StackError;
 use super::estimate::{Estimate, Samples, estimate};
@@ -16,7 +16,7 @@ pub struct Albedo {
     pub base: Estimate,
     /// Both: everything that leaves on the side that it came from.
     pub reflectance: Estimate,
-    /// What leaves on the other side.
+    /// Transmittance: light that leaves on the other side.
     pub transmittance: Estimate,
 }
 
@@ -35,8 +35,8 @@ impl Albedo {
 }
 
 impl Stack {
-    /// Directional albedo: what leaves of the energy that arrives from `wo`, which is [`Stack::evaluate`] integrated over all
-    /// `wi`, and what goes into one direction alone.
+    /// Directional albedo: share of the energy from `wo` that leaves, which is [`Stack::evaluate`] integrated over all
+    /// `wi`, and the part of smooth interfaces, which goes into one direction alone.
     ///
     /// # Errors
     ///
@@ -51,10 +51,10 @@ impl Stack {
         Ok(Albedo { coat, base, reflectance, transmittance })
     }
 
-    /// What is seen from `wo` when `light` is the radiance that comes from each direction on the side of `wo`: the integral of
-    /// it times [`Stack::evaluate`] over those directions, and what goes into one direction alone. The same walks as
-    /// [`Stack::directional_albedo`], which is this under a radiance of 1; so it suits light from everywhere, and
-    /// [`Stack::evaluate`] a lamp.
+    /// Radiance towards `wo` when `light` is the radiance that comes from each direction on the side of `wo`: the
+    /// integral of it times [`Stack::evaluate`] over those directions, and the part of smooth interfaces, which goes
+    /// into one direction alone. The same walks as [`Stack::directional_albedo`], which is this under a radiance of 1;
+    /// so it suits light from everywhere, and [`Stack::evaluate`] a lamp.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! What can be wrong with what is asked.
+//! Errors of stacks and of requests for estimates.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use std::fmt;
 pub enum Layer {
     /// An interface.
     Interface(usize),
-    /// What is below the interface of that number.
+    /// The medium below the interface of that number.
     Medium(usize),
 }
 
@@ -36,15 +36,15 @@ impl fmt::Display for Layer {
     }
 }
 
-/// Why there is no stack, or no estimate.
+/// Reason why there is no stack, or no estimate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StackError {
     /// Too few interfaces or too many.
     #[error("a stack has {found} interfaces; allowed are 1 to {most}")]
     Interfaces {
-        /// How many there are.
+        /// Number of interfaces found.
         found: usize,
-        /// How many there may be.
+        /// Largest number of interfaces.
         most: usize,
     },
     /// A medium that is not between two interfaces.
@@ -58,9 +58,9 @@ pub enum StackError {
     /// A value outside of its range.
     #[error("{layer}: {parameter} is {found}; allowed is {allowed}")]
     Parameter {
-        /// Where.
+        /// Layer with the value.
         layer: Layer,
-        /// What.
+        /// Name of the parameter.
         parameter: &'static str,
         /// Its value.
         found: f64,
@@ -70,7 +70,7 @@ pub enum StackError {
     /// Values that are allowed, but not together.
     #[error("{layer}: {what}")]
     Contradiction {
-        /// Where.
+        /// Layer with the values.
         layer: Layer,
         /// Which.
         what: &'static str,
@@ -92,9 +92,9 @@ pub enum StackError {
     Samples {
         /// The first.
         first: u64,
-        /// How many.
+        /// Number of samples.
         count: u64,
-        /// What the first must be a multiple of.
+        /// Chunk of samples, of which the first must be a multiple.
         chunk: u64,
     },
     /// Estimates that do not follow each other.
@@ -106,7 +106,7 @@ pub enum StackError {
         end: u64,
         /// The first of the second.
         start: u64,
-        /// What both must be a multiple of.
+        /// Chunk of samples, of which both must be a multiple.
         chunk: u64,
     },
 }

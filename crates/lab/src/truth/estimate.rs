@@ -11,7 +11,7 @@ pub const CHUNK: u64 = 256;
 pub struct Samples {
     /// The first, a multiple of [`CHUNK`].
     pub first: u64,
-    /// How many, at least one.
+    /// Number of samples, at least one.
     pub count: u64,
     /// Another seed is another, independent series.
     pub seed: u64,
@@ -142,13 +142,13 @@ impl<const N: usize> Estimate<N> {
         blocks.fold(first, |sums, block| sums.and(&block))
     }
 
-    /// How many samples there were.
+    /// Number of samples.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.end - self.first
     }
 
-    /// How many of them were given up after a million events, so that what they would have had after those is missing. Where
+    /// Number of samples that were given up after a million events, so that their further events are missing. Where
     /// this is not 0 the mean is too small.
     #[must_use]
     pub fn truncated(&self) -> u64 {

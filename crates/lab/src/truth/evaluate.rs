@@ -16,7 +16,7 @@ use super::walk::{Arrival, Ray, arrive, goes_on, reach, scatter, steepness};
 /// Rays of the walk from `wi` beyond the first. Events further from the end of a path are not found from there.
 const REACH: usize = 16;
 
-/// What [`Stack::evaluate`] finds.
+/// Result of [`Stack::evaluate`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evaluation {
     /// Reflection by the first interface alone (at all its facets, if it has multiple scattering). Without that its variance
@@ -42,10 +42,10 @@ impl Evaluation {
 }
 
 impl Stack {
-    /// The share of the energy that arrives from `wo` that leaves per solid angle about `wi`, which is the bidirectional
-    /// scattering distribution function times the cosine of `wi`: of reflection as it is, of transmission with
-    /// [`Stack::radiance_scale`]. Directions point away from the stack, z up. What a smooth stack sends into one direction
-    /// alone has no density and is not in it.
+    /// The share of the energy that arrives from `wo` that leaves per solid angle about `wi`, which is the
+    /// bidirectional scattering distribution function times the cosine of `wi`: of reflection as it is, of
+    /// transmission with [`Stack::radiance_scale`]. Directions point away from the stack, z up. Light that a smooth
+    /// stack sends into one direction alone has no density and is not in it.
     ///
     /// # Errors
     ///
@@ -60,8 +60,8 @@ impl Stack {
         Ok(Evaluation { coat, base, total })
     }
 
-    /// The density by solid angle of what [`Stack::sample`] gives for `wo` at `wi`, where it is not `delta`, with absorption
-    /// as a result of its own: the mean of the channels of [`Stack::evaluate`].
+    /// The density by solid angle of [`Stack::sample`] for `wo` at `wi`, where it is not `delta`, with absorption as a
+    /// result of its own: the mean of the channels of [`Stack::evaluate`].
     ///
     /// # Errors
     ///
@@ -77,7 +77,7 @@ impl Stack {
     }
 }
 
-/// A ray of the walk from `wi`, and what connections with it need.
+/// A ray of the walk from `wi`, with the weights for connections to it.
 #[derive(Clone, Copy)]
 struct Returning {
     ray: Ray,
@@ -102,7 +102,8 @@ fn connectible(stack: &Stack, at: &Arrival) -> bool {
     at.interface.is_none_or(|k| stack.surfaces[k].spreads())
 }
 
-/// How likely the last event of `ray` was, had it come from where it went to.
+/// Probability of the last event of `ray`, had it come from where it went to; a density by depth if the ray began in a
+/// medium.
 fn reached_back(stack: &Stack, ray: &Ray, distance: f64) -> f64 {
     reach(stack.slab(ray.space), distance, steepness(ray.direction), ray.from_medium)
 }

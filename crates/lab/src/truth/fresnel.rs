@@ -2,7 +2,7 @@
 
 use super::vector::{Channels, positive};
 
-/// What share of light an interface between two dielectrics reflects.
+/// Fresnel term of an interface between two dielectrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum DielectricFresnel {
     /// Fresnel's equations.

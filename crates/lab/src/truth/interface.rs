@@ -7,15 +7,15 @@ use super::vector::Channels;
 /// Smith's joint masking and shadowing of facets of GGX.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Masking {
-    /// Correlated by height, which is what the microsurface has (Heitz 2014): `1 / (1 + L(i) + L(o))` for reflection and the
-    /// beta function `B(1 + L(i), 1 + L(o))` for transmission.
+    /// Correlated by height, as on the microsurface (Heitz 2014): `1 / (1 + L(i) + L(o))` for reflection and the beta
+    /// function `B(1 + L(i), 1 + L(o))` for transmission.
     #[default]
     Correlated,
     /// `G1(i) G1(o)`, as in Walter et al. 2007.
     Separable,
 }
 
-/// What a conductor reflects.
+/// Fresnel term of a conductor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum ConductorFresnel {
     /// Index n and extinction k by channel.
@@ -62,9 +62,9 @@ impl Interface {
         Self::of(Kind::Dielectric { eta, fresnel: DielectricFresnel::Exact })
     }
 
-    /// A smooth dielectric with Schlick's approximation and a reflectance at normal incidence of its own (0 to 1), whatever the
-    /// index says. With an `eta` of 1 light passes without being bent, as most engines have it; what is reflected of it is
-    /// rough where `alpha` says so, and what passes is sharp.
+    /// A smooth dielectric with Schlick's approximation and a reflectance at normal incidence of its own (0 to 1),
+    /// whatever the index says. With an `eta` of 1 light passes without being bent, as most engines have it; the
+    /// reflection is rough by `alpha`, and the transmission sharp.
     #[must_use]
     pub const fn schlick_dielectric(eta: f64, f0: [f64; 3]) -> Self {
         Self::of(Kind::Dielectric { eta, fresnel: DielectricFresnel::Schlick(f0) })

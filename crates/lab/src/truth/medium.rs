@@ -4,7 +4,7 @@ use super::vector::{Channels, Vector, around, dot};
 use overcoat_core::math::double::exp;
 use std::f64::consts::PI;
 
-/// What is between two interfaces: a homogeneous medium that absorbs and scatters.
+/// Homogeneous medium between two interfaces, which absorbs and scatters.
 ///
 /// Only the products of extinction and thickness count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,8 @@ impl Medium {
     /// Nothing.
     pub const CLEAR: Self = Self { extinction: [0.0; 3], albedo: [0.0; 3], anisotropy: 0.0, thickness: 1.0 };
 
-    /// Absorption alone, of an optical thickness in three channels: what passes straight through once is `exp(-thickness)`.
+    /// Absorption alone, of an optical thickness in three channels: its transmittance at normal incidence is
+    /// `exp(-thickness)`.
     #[must_use]
     pub const fn absorbing(optical_thickness: [f64; 3]) -> Self {
         Self { extinction: optical_thickness, ..Self::CLEAR }
@@ -47,7 +48,7 @@ impl Slab {
         Self { optical, albedo: medium.albedo, g: medium.anisotropy, clear }
     }
 
-    /// What passes `distance` (in depth) on a way of cosine `mu`, unscattered.
+    /// Transmittance of `distance` (in depth) along a direction of cosine `mu`, unscattered light only.
     pub fn transmittance(&self, distance: f64, mu: f64) -> Channels {
         let [a, b, c] = self.optical;
         if self.clear {

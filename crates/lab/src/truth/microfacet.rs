@@ -72,7 +72,7 @@ impl Ggx {
         match masking {
             Masking::Separable => 1.0 / ((1.0 + a) * (1.0 + b)),
             Masking::Correlated if same_side => 1.0 / (1.0 + a + b),
-            // What is high for one side is deep for the other (Heitz et al. 2016, supplemental): Euler's beta function.
+            // Heights for one side are depths for the other (Heitz et al. 2016, supplemental): Euler's beta function.
             Masking::Correlated if a + b < 1e12 => {
                 exp(ln_gamma(1.0 + a) + ln_gamma(1.0 + b) - ln_gamma(2.0 + a + b))
             }
@@ -80,7 +80,7 @@ impl Ggx {
         }
     }
 
-    /// Share of what i sees of one normal that o sees too.
+    /// Shadowing: share of the facets of one normal visible from i that o sees too.
     pub fn shadowing(self, masking: Masking, i: Vector, o: Vector, same_side: bool) -> f64 {
         let both = self.shadowed_masking(masking, i, o, same_side);
         if both > 0.0 { both * (1.0 + self.lambda(i)) } else { 0.0 }

@@ -67,7 +67,7 @@ impl Walk {
         }
     }
 
-    /// What leaves a facet for o and meets no other.
+    /// Light from a facet towards o that meets no other facet.
     fn next_event(&self, surface: &Surface, ggx: Ggx, o: Vector, eta: f64) -> Channels {
         let (i, o) = (negated(self.here(self.direction)), self.here(o));
         let facet = surface.phase(ggx, i, o, self.eta(eta));
@@ -81,7 +81,7 @@ impl Walk {
     }
 }
 
-/// Where light from i leaves the surface.
+/// Direction in which light from i leaves the surface.
 pub(super) fn scatter(
     surface: &Surface,
     ggx: Ggx,
@@ -100,8 +100,8 @@ pub(super) fn scatter(
     Some(walk.direction)
 }
 
-/// An unbiased estimate of the energy from i to o by two facets or more: at each beyond the first, what goes to o straight
-/// from it.
+/// An unbiased estimate of the energy from i to o by two facets or more: at each beyond the first, the energy that
+/// goes to o straight from it.
 pub(super) fn further(
     surface: &Surface,
     ggx: Ggx,

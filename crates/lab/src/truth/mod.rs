@@ -1,4 +1,4 @@
-//! The referee: what a stack of coats really does, by a random walk through it that is right on average.
+//! The referee: reflection and transmission of a stack of coats, by an unbiased random walk through it.
 //!
 //! Engines give a clear coat a formula. This module has none: it follows light through interfaces (rough GGX dielectrics and
 //! conductors, Lambertian surfaces) and through the homogeneous media between them, until it leaves. It exists to measure the

@@ -1,5 +1,5 @@
-//! Random numbers by counters: what a sample draws depends on its index alone, so that samples can be taken in any order, on
-//! any number of threads.
+//! Random numbers by counters: those of a sample depend on its index alone, so that samples can be taken in any order,
+//! on any number of threads.
 //!
 //! Philox4x32-10: Salmon, Moraes, Dror and Shaw 2011, "Parallel Random Numbers: As Easy as 1, 2, 3".
 
@@ -35,7 +35,7 @@ pub(super) fn mix_numbers(state: u64, values: &[f64]) -> u64 {
     values.iter().fold(state, |state, value| mix(state, value.to_bits()))
 }
 
-/// One sample: its random numbers, and how many events it may still have.
+/// One sample: its random numbers, and the number of its events.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
     key: [u32; 2],
@@ -67,7 +67,7 @@ impl Trial {
         ((bits >> 12) as f64 + 0.5) * (1.0 / 4_503_599_627_370_496.0)
     }
 
-    /// Whether there may be one more event.
+    /// Counts an event; true if there may be one more.
     #[must_use]
     pub fn spend(&mut self) -> bool {
         self.events += 1;
@@ -75,7 +75,7 @@ impl Trial {
         !self.truncated
     }
 
-    /// Whether the walk was given up, so that what came after is missing.
+    /// True if the walk was given up, so that its further events are missing.
     pub fn truncated(&self) -> bool {
         self.truncated
     }

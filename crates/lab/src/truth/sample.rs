@@ -9,17 +9,17 @@ use super::walk::{Ray, arrive, scatter};
 /// Light that has left the stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Where to, away from the stack; below it if z is negative.
+    /// Direction away from the stack; below it if z is negative.
     pub direction: [f64; 3],
     /// Value over density, three channels, of mean 1.
     pub weight: [f64; 3],
-    /// Whether all that it met was smooth, so that light can only go here, and [`Stack::evaluate`] does not have it.
+    /// True if all that it met was smooth, so that light can only go here, and [`Stack::evaluate`] does not have it.
     pub delta: bool,
-    /// How many events it had: 1 is reflection by the first interface, or transmission if that is the only one.
+    /// Number of events: 1 is reflection by the first interface, or transmission if that is the only one.
     pub events: u32,
 }
 
-/// What became of one walk.
+/// Outcome of one walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
     /// It left.
@@ -51,7 +51,7 @@ fn follow(stack: &Stack, mut ray: Ray, trial: &mut Trial) -> Outcome {
         let Some((next, delta)) = scatter(stack, &ray, &at, &mut weight, trial) else {
             return if trial.truncated() { Outcome::Truncated } else { Outcome::Absorbed };
         };
-        // What is absorbed ends walks, so that those which go on have a mean weight of 1.
+        // Absorption ends walks, so that those which go on have a mean weight of 1.
         let left = mean(weight);
         if trial.uniform() >= left {
             return Outcome::Absorbed;

@@ -17,11 +17,11 @@ pub const MAX_INTERFACES: usize = 128;
 #[derive(Clone, Debug)]
 pub struct Stack {
     pub(super) surfaces: Vec<Surface>,
-    /// Of space k at k - 1; the first space and the last are empty and without end.
+    /// Media by space, that of space k at k - 1; the first space and the last are empty and without end.
     slabs: Vec<Slab>,
     /// Index of refraction of each space relative to that of the first.
     index: Vec<f64>,
-    /// Mixed of everything that is given.
+    /// Key of the random numbers, hashed from all parameters.
     key: u64,
 }
 
@@ -44,7 +44,7 @@ impl StackBuilder {
         self
     }
 
-    /// What is below the interface that was given last and above the one that is given next.
+    /// Adds the medium below the interface that was given last and above the one that is given next.
     #[must_use]
     pub fn medium(mut self, medium: Medium) -> Self {
         if self.media.len() + 1 == self.interfaces.len() {
@@ -60,8 +60,8 @@ impl StackBuilder {
     ///
     /// # Errors
     ///
-    /// No interface or more than [`MAX_INTERFACES`], a medium that is not between two interfaces, a value outside of its range:
-    /// which layer, what, and what is allowed.
+    /// No interface or more than [`MAX_INTERFACES`], a medium that is not between two interfaces, a value outside of
+    /// its range: the layer, the parameter, and its range.
     pub fn build(self) -> Result<Stack, StackError> {
         let Self { interfaces, media, misplaced } = self;
         if let Some(layer) = misplaced {
@@ -106,7 +106,7 @@ impl Stack {
         StackBuilder::default()
     }
 
-    /// How many interfaces there are.
+    /// Number of interfaces.
     #[must_use]
     pub fn interfaces(&self) -> usize {
         self.surfaces.len()
@@ -118,8 +118,8 @@ impl Stack {
         self.index[self.surfaces.len()]
     }
 
-    /// What [`Stack::evaluate`], which is about energy, is multiplied by to be the bidirectional scattering distribution
-    /// function of radiance times the cosine of `wi`: the square of the index on the side of `wo` over that on the side of
+    /// Factor from [`Stack::evaluate`], which is about energy, to the bidirectional scattering distribution function
+    /// of radiance times the cosine of `wi`: the square of the index on the side of `wo` over that on the side of
     /// `wi`. 1 for reflection.
     #[must_use]
     pub fn radiance_scale(&self, wo: [f64; 3], wi: [f64; 3]) -> f64 {

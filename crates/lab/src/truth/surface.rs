@@ -1,8 +1,8 @@
 //! Interfaces as walks meet them: how light scatters at one.
 //!
-//! Everything here is about energy: `kernel(i, o)` is the share of what arrives from `i` that leaves per solid angle about
-//! `o`, the cosine of `o` included. Both point away from the interface. Seen from below, an interface is its mirror image
-//! with the inverse index.
+//! Everything here is about energy: `kernel(i, o)` is the share of the energy from `i` that leaves per solid angle
+//! about `o`, the cosine of `o` included. Both point away from the interface. Seen from below, an interface is its
+//! mirror image with the inverse index.
 
 use super::fresnel::{conductor, schlick};
 use super::interface::{ConductorFresnel, Interface, Kind, Masking};
@@ -16,14 +16,14 @@ use super::vector::{
 use overcoat_core::math::double::sin_cos;
 use std::f64::consts::FRAC_1_PI;
 
-/// Where light goes on, and whether it could have gone nowhere else.
+/// Direction of scattered light, and whether it is the only one possible.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scattered {
     pub direction: Vector,
     pub delta: bool,
 }
 
-/// One of two ways on, with what goes there.
+/// One of two continuations of a walk, with its weight.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Branch {
     pub scattered: Scattered,
@@ -40,7 +40,7 @@ pub(super) struct Surface {
     turn: [f64; 2],
 }
 
-/// Chooses between two ways by what goes there of all channels together, so that their sum stays what it is.
+/// Chooses between two directions by their energy in all channels together, so that their sum stays what it is.
 pub(super) fn choose(beta: &mut Channels, share: Channels, trial: &mut Trial) -> bool {
     let first = total(product(*beta, share)) / total(*beta);
     if trial.uniform() < first {
@@ -105,12 +105,12 @@ impl Surface {
         }
     }
 
-    /// Whether light passes in other ways than by reflection.
+    /// True for an interface between dielectrics, whose facets refract light too.
     pub fn is_dielectric(&self) -> bool {
         matches!(self.kind, Kind::Dielectric { .. })
     }
 
-    /// Whether `kernel` is anything but 0.
+    /// True if `kernel` is anything but 0.
     pub fn spreads(&self) -> bool {
         self.ggx.is_some() || matches!(self.kind, Kind::Lambertian { .. })
     }
@@ -138,7 +138,7 @@ impl Surface {
     fn single(&self, ggx: Ggx, i: Vector, o: Vector, eta: f64) -> Channels {
         let (same_side, up) = (o[2] > 0.0, if o[2] > 0.0 { o } else { mirrored(o) });
         let facets = self.phase(ggx, i, o, eta);
-        // phase() has what i sees; of that, what o sees.
+        // phase() has the facets visible from i; this is the share of them visible from o.
         scaled(facets, ggx.shadowing(self.masking, i, up, same_side))
     }
 
@@ -163,7 +163,8 @@ impl Surface {
         }
     }
 
-    /// Where light from i goes; `beta` is multiplied by what goes there over the probability of going there.
+    /// Samples the direction of light from i; `beta` is multiplied by the energy in that direction over the
+    /// probability of choosing it.
     pub fn scatter(&self, i: Vector, beta: &mut Channels, trial: &mut Trial) -> Option<Scattered> {
         let from_above = i[2] > 0.0;
         let (i, eta) = (self.local(i, from_above), self.eta(from_above));

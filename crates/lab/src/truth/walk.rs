@@ -16,21 +16,21 @@ pub(super) struct Ray {
     pub space: usize,
     pub depth: f64,
     pub direction: Vector,
-    /// Whether it begins in the medium, and not at an interface or outside.
+    /// True if it begins in the medium, and not at an interface or outside.
     pub from_medium: bool,
 }
 
-/// Where a ray ends.
+/// End of a ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrival {
-    /// Or in the medium of the ray's space.
+    /// Interface that it meets, or `None` in the medium of the ray's space.
     pub interface: Option<usize>,
     pub depth: f64,
-    /// How far that was, in depth.
+    /// Length of the ray, in depth.
     pub distance: f64,
 }
 
-/// |cosine| of a direction; not 0, so that what is parallel to the interfaces arrives somewhere.
+/// |cosine| of a direction; not 0, so that a ray parallel to the interfaces arrives somewhere.
 pub(super) fn steepness(direction: Vector) -> f64 {
     let mu = direction[2].abs();
     if mu > 1e-12 { mu } else { 1e-12 }
@@ -56,12 +56,12 @@ impl Ray {
         }
     }
 
-    /// How far a depth of this ray's space is ahead; negative if it is behind.
+    /// Distance ahead to a depth of this ray's space; negative if it is behind.
     pub fn distance_to(&self, depth: f64) -> f64 {
         if self.goes_down() { depth - self.depth } else { self.depth - depth }
     }
 
-    /// How far the interface ahead is.
+    /// Distance to the interface ahead.
     pub fn distance_to_interface(&self) -> f64 {
         self.distance_to(if self.goes_down() { 1.0 } else { 0.0 })
     }
@@ -75,8 +75,8 @@ pub(super) fn reach(slab: Option<&Slab>, distance: f64, mu: f64, in_medium: bool
     mean(if in_medium { product(passes, scaled(slab.optical, 1.0 / mu)) } else { passes })
 }
 
-/// Follows a ray to where it ends; none if it leaves. `beta` is multiplied by what gets there over the probability, in which
-/// all channels have a part by what they carry, so that their sum stays what it is.
+/// Follows a ray to its end; none if it leaves. `beta` is multiplied by the energy that gets there over the
+/// probability, in which all channels have a part by their weight, so that their sum is unchanged.
 pub(super) fn arrive(stack: &Stack, ray: &Ray, beta: &mut Channels, trial: &mut Trial) -> Option<Arrival> {
     let interface = ray.ahead(stack)?;
     let at_interface = |distance| {
@@ -110,7 +110,7 @@ pub(super) fn arrive(stack: &Stack, ray: &Ray, beta: &mut Channels, trial: &mut 
     Some(Arrival { interface: None, depth, distance })
 }
 
-/// Where light goes from where a ray has ended; none if it is absorbed, or the walk is at its end.
+/// Direction in which light goes on from the end of a ray; none if it is absorbed, or the walk is at its end.
 pub(super) fn scatter(
     stack: &Stack,
     ray: &Ray,

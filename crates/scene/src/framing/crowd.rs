@@ -1,4 +1,4 @@
-//! Where nearly all of a scene is, if a few stray parts make it look much larger.
+//! Bounds of nearly all of a scene, if a few stray parts make it look much larger.
 
 use crate::{Bounds, PrimitiveKind, Scene};
 
@@ -13,11 +13,11 @@ pub struct Crowd {
     pub all: u64,
 }
 
-/// Triangles that are looked at, at most.
+/// Number of triangles that are tested, at most.
 const LOOKED_AT: u64 = 200_000;
 /// Strays are one in so many, or a single one.
 const FEW: usize = 100;
-/// How much smaller than the scene a crowd is.
+/// Least ratio of the scene's size to that of a crowd.
 const SMALLER: f64 = 20.0;
 
 impl Scene {

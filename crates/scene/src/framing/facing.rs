@@ -1,4 +1,4 @@
-//! Which way the surface of a scene faces, and how much of it a view shows.
+//! Orientation of a scene's surface, and the share of it that a view shows.
 
 use crate::{Mesh, Scene, Transform};
 use glam::DVec3;
@@ -52,8 +52,8 @@ impl Facing {
         }
     }
 
-    /// About how much of the area is seen from a direction, foreshortened, 0 to 1: of a closed surface one half, of
-    /// an open one all or, if it is one-sided and seen from behind, nothing.
+    /// Estimate of the share of the area that is seen from a direction, foreshortened, 0 to 1: one half for a closed
+    /// surface; for an open one 1 or, if it is one-sided and seen from behind, 0.
     pub(crate) fn visible_from(&self, direction: [f32; 3]) -> f64 {
         self.visible_with(direction, 0.0)
     }
@@ -140,7 +140,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// A bound on how far each sum, times `weight`, lies from what [`Facing::new`] sums up.
+    /// Error bound of each sum, times `weight`, against [`Facing::new`].
     fn error(&self, mesh: &Mesh, transform: &Transform, weight: f64) -> f64 {
         let count = mesh.triangles().len() as f64;
         // A normal computed in single precision is off by some units in the last place of the product of its edges'

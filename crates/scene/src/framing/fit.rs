@@ -1,4 +1,4 @@
-//! The camera that fits what scenes show.
+//! Fit of the camera to the visible parts of scenes.
 
 use super::Framing;
 use super::extent::{self, Extent};
@@ -11,7 +11,7 @@ use glam::DVec3;
 pub struct Fit {
     framing: Framing,
     bounds: Bounds,
-    /// Centre of the first scene that is not empty: what everything is measured from.
+    /// Centre of the first scene that is not empty: origin of all measures.
     center: [f64; 3],
     reach: Reach,
 }
@@ -32,7 +32,7 @@ impl Fit {
 
     /// Takes in a scene that stands elsewhere.
     pub fn include_moved(&mut self, scene: &Scene, by: &Transform) {
-        // What overflows there cannot be drawn either.
+        // Numbers that overflow there cannot be drawn either.
         let placed = |transform: &Transform| by.after(transform).unwrap_or(*transform);
         let bounds = scene.seen_instances().fold(Bounds::EMPTY, |all, instance| {
             let mesh = &scene.meshes()[instance.mesh.index()];
@@ -122,10 +122,10 @@ impl Fit {
 /// Smallest extent in metres of a model that is framed as it is.
 const SMALLEST: f64 = 1e-12;
 
-/// How far points reach beyond the four side planes of a view pyramid that stands at the centre of the scene.
+/// Extent of points beyond the four side planes of a view pyramid that stands at the centre of the scene.
 #[derive(Debug)]
 struct Reach {
-    /// For the right, left, upper and lower plane and for the depth: what it measures, as (direction, offset).
+    /// Measures of the right, left, upper and lower plane and of the depth, as (direction, offset).
     measures: [(DVec3, f64); 5],
     /// Largest measure of right, left, top and bottom, in metres across the view.
     planes: [f64; 4],
@@ -155,7 +155,7 @@ impl Reach {
         }))
     }
 
-    /// Takes in the vertices of an instance; `used` says which of them count, unless all do.
+    /// Takes in the vertices of an instance; `used` is the mask of those that count, unless all do.
     fn visit(&mut self, measures: &Measures, mesh: &Mesh, used: Option<&[bool]>) {
         for (block, points) in mesh.positions().chunks(extent::BLOCK).enumerate() {
             let Extent { low, high } = Extent::of(points);
@@ -192,15 +192,15 @@ impl Reach {
         });
     }
 
-    /// False if no point of a box can change anything. Rounding keeps the order of numbers, so what is computed for
-    /// the corner that lies farthest along a measure is at least what is computed for any point of the box.
+    /// False if no point of a box can change anything. Rounding keeps the order of numbers, so the measure computed
+    /// for the corner that lies farthest along it is at least that of any point of the box.
     fn grows(&self, measures: &Measures, bounds: &Bounds) -> bool {
         let farthest = |k: usize, sign: f64| {
             let d = measures.0[k].0;
             let corner = |a: usize| if d[a] * sign > 0.0 { bounds.max[a] } else { bounds.min[a] };
             measures.of(k, [corner(0), corner(1), corner(2)])
         };
-        // What is no number decides nothing.
+        // NaN decides nothing.
         let within = |k: usize| farthest(k, 1.0) <= self.planes[k];
         let between = farthest(4, 1.0) <= self.depth[1] && farthest(4, -1.0) >= self.depth[0];
         !(within(0) && within(1) && within(2) && within(3) && between)
@@ -218,7 +218,7 @@ impl Reach {
     }
 }
 
-/// What the five measures are for points of an instance, as (direction, offset).
+/// The five measures as functions of an instance's points, as (direction, offset).
 struct Measures([([f64; 3], f64); 5]);
 
 impl Measures {
@@ -228,7 +228,7 @@ impl Measures {
         d[0] * p[0] + d[1] * p[1] + d[2] * p[2] + offset
     }
 
-    /// How far an ellipsoid with these half axes reaches along measure `k`.
+    /// Half the extent of an ellipsoid with these half axes along measure `k`.
     fn spread(&self, k: usize, axes: &[[f64; 3]; 3]) -> f64 {
         let (d, _) = &self.0[k];
         let along = |axis: &[f64; 3]| d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];

@@ -1,11 +1,11 @@
-//! Where a scene stands.
+//! Floor under a scene.
 
 use crate::{AlphaMode, Bounds, PrimitiveKind, Scene};
 
-/// Where a floor lies under a scene, and how large the scene is over it.
+/// Position of the floor under a scene, and the scene's size above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footing {
-    /// The place on the floor that is below the middle of the box around the scene.
+    /// Point on the floor below the middle of the box around the scene.
     pub center: [f64; 3],
     /// Height of the box, above 0.
     pub height: f64,
@@ -28,13 +28,13 @@ impl Footing {
 }
 
 impl Scene {
-    /// Where the scene stands: at its lowest vertex that can be seen, of splats the lowest that a camera is to show. `None` of
-    /// an empty one, and of one that is a point.
+    /// Floor at the scene's lowest visible vertex; for splats, at the lowest that a camera is to show. `None` for an
+    /// empty scene, and for one that is a point.
     pub fn footing(&self) -> Option<Footing> {
         Footing::under(&self.tight_bounds())
     }
 
-    /// Whether anything is in the way of light: an opaque or alpha-masked triangle.
+    /// True if the scene has occluders: opaque or alpha-masked triangles.
     pub fn blocks_light(&self) -> bool {
         self.seen_instances().any(|instance| {
             let material = &self.materials()[instance.material.index()];
@@ -43,8 +43,9 @@ impl Scene {
         })
     }
 
-    /// The box around the vertices that can be seen, and around what of splats a camera is to show.
-    /// [`Scene::shown_bounds`] is that around the boxes of instances, which reach far beyond them where they are turned.
+    /// Box around the visible vertices, and around the part of splats that a camera is to show.
+    /// [`Scene::shown_bounds`] is that around the boxes of instances, which reach far beyond them where they are
+    /// turned.
     pub fn tight_bounds(&self) -> Bounds {
         let mut all = Bounds::EMPTY;
         for instance in self.splat_instances() {

@@ -1,4 +1,4 @@
-//! Which way a model faces whose file does not say so.
+//! Front of a model whose file does not define it.
 
 use crate::Scene;
 use glam::DVec3;
@@ -13,19 +13,19 @@ const ALIKE: f64 = 0.02;
 /// a tail, if it is thin.
 const HEADY: f64 = 3.0;
 
-/// Half of the width of what is thin, in widths of the body.
+/// Half the width of a thin part, in widths of the body.
 const THIN: f64 = 0.25;
 
-/// How far towards an end the highest quarter lies, in lengths, if it is a head. Less may be a roof, and more a headboard, a
-/// backrest or a fin.
+/// Distance of the highest quarter from the middle towards an end, in lengths, if it is a head. Less may be a roof,
+/// and more a headboard, a backrest or a fin.
 const RAISED: std::ops::RangeInclusive<f64> = 0.15..=0.4;
 
-/// Triangles that are looked at at most: of larger models, each second, third, and so on.
+/// Number of triangles that are tested, at most: of larger models, each second, third, and so on.
 const MOST: u64 = 1 << 16;
 
-/// True if the model is a long body whose head is at its -Z end. OBJ and PLY do not say where a model faces. Most face +Z as
-/// glTF's do; animals, above all, come either way, and are recognised by a head that is held high or has a tail at the other
-/// end. What is as wide as it is long, or whose sides differ, is left alone.
+/// True if the model is a long body whose head is at its -Z end. OBJ and PLY do not define the front of a model. Most
+/// face +Z as glTF's do; animals, above all, come either way, and are recognised by a head that is held high or has a
+/// tail at the other end. A model that is as wide as it is long, or whose sides differ, is left alone.
 pub(crate) fn faces_back(scene: &Scene) -> bool {
     let bounds = scene.bounds();
     let [width, height, length] = bounds.size();

@@ -1,4 +1,4 @@
-//! The automatic camera: which way a scene stands and faces, what of it can be seen, and a view that fits it.
+//! The automatic camera: up axis and front of a scene, its visible parts, and a view that fits it.
 
 mod crowd;
 pub(crate) mod extent;
@@ -19,13 +19,13 @@ use crate::{Camera, Projection, Scene};
 use facing::{Estimate, Facing};
 use glam::DVec3;
 
-/// How a camera is placed when the user gives none.
+/// Rules by which a camera is placed when the user gives none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Framing {
     /// From the model towards the camera, any length above 0.
     pub direction: [f32; 3],
-    /// Which way is up.
+    /// Up vector.
     pub up: [f32; 3],
     /// Vertical field of view in radians; ignored when orthographic.
     pub fov_y: f32,
@@ -69,9 +69,10 @@ impl Framing {
         Self { aspect, ..self }
     }
 
-    /// A view from the front and above: [`Framing::default`]'s, unless another one from there shows twice as much of the
-    /// surface, as of flat models that lie or that it meets edge-on. A view from behind only for what shows its back to all of
-    /// those, one-sided planes above all, and one from below only for what faces down.
+    /// A view from the front and above: [`Framing::default`]'s, unless another one from there shows twice as much of
+    /// the surface, as of flat models that lie or that it meets edge-on. A view from behind only for surfaces that
+    /// show their back to all of those, one-sided planes above all, and one from below only for surfaces that face
+    /// down.
     ///
     /// The margin is that of a picture with the default options of the renderer: [`Framing::MARGIN_OVER_FLOOR`] where the model
     /// casts a shadow on a floor.
@@ -171,10 +172,11 @@ const VIEWS: [[[f32; 3]; 6]; 3] = [
     ],
 ];
 
-/// A view is good that shows at least this part of what the best of its kind shows,
+/// A view is good that shows at least this share of the area that the best of its kind shows,
 const ENOUGH: f64 = 0.5;
 
-/// and this part of what the best of all shows: there is one from the front and above for everything that is closed.
+/// and this share of the area that the best of all shows: there is one from the front and above for everything that is
+/// closed.
 const SOMETHING: f64 = 0.35;
 
 #[cfg(test)]

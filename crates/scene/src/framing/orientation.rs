@@ -1,4 +1,4 @@
-//! Which way is up in a model file, and which way a model faces there.
+//! Up axis and front of a model file.
 
 use crate::{Camera, Light, LightKind};
 use std::ops::Sub;
@@ -56,8 +56,8 @@ impl Axis {
         Self::ALL.iter().copied().find(same)
     }
 
-    /// Where a model faces in a file in which this axis is up: +Z as in glTF, or, where Z is up, -Y as in slicers and
-    /// modellers (+Y if the model stands on its head there).
+    /// Direction that models face in a file in which this axis is up: +Z as in glTF, or, where Z is up, -Y as in
+    /// slicers and modellers (+Y if the model stands on its head there).
     #[must_use]
     pub fn front(self) -> Self {
         match self {
@@ -96,18 +96,18 @@ impl Zero for f64 {
     const ZERO: Self = 0.0;
 }
 
-/// How a model file's axes lie in a [`Scene`](crate::Scene), where +Y is up and models face +Z.
+/// Axes of a model file in a [`Scene`](crate::Scene), where +Y is up and models face +Z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Orientation {
     /// Axis of the file that is up.
     pub up: Axis,
-    /// Whether the file's format says which way models face. Where it does not (OBJ, PLY), an automatic view looks for a
-    /// head: see [`Framing::automatic`](crate::Framing::automatic).
+    /// True if the file's format defines the direction that models face. Where it does not (OBJ, PLY), an automatic
+    /// view looks for a head: see [`Framing::automatic`](crate::Framing::automatic).
     pub front_is_known: bool,
 }
 
 impl Default for Orientation {
-    /// That of glTF and of scenes that no file describes.
+    /// Orientation of glTF, and of scenes that no file describes.
     fn default() -> Self {
         Self { up: Axis::PositiveY, front_is_known: true }
     }

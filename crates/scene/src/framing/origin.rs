@@ -1,13 +1,14 @@
-//! Where zero is, for models far from it.
+//! Origin of the coordinates, for models far from it.
 
 use crate::{Bounds, Orientation, Scene};
 
-/// How many times its diagonal a box may be away from zero: single precision is left with 20 bits for the box, a thousandth
-/// of a pixel in a picture of 512.
+/// Distance from the origin, in diagonals, above which a box is far: single precision is left with 20 bits for the
+/// box, a thousandth of a pixel in a picture of 512.
 const FAR: f64 = 16.0;
 
 impl Bounds {
-    /// True if single precision serves for the way to the box rather than for what is in it.
+    /// True if most bits of single precision would go to the distance from the origin rather than to detail within the
+    /// box.
     pub fn is_far(&self) -> bool {
         if self.is_empty() {
             return false;
@@ -46,25 +47,25 @@ impl Bounds {
 }
 
 impl Scene {
-    /// Where the scene's zero lies in the coordinates of the file that it was read from, turned upright: a position of the
-    /// file is one of the scene plus this. Not zero for models so far from their own zero that single precision would
+    /// The scene's origin in the coordinates of the file that it was read from, turned upright: a position of the file
+    /// is one of the scene plus this. Not zero for models so far from the file's origin that single precision would
     /// spoil them.
     #[must_use]
     pub fn origin(&self) -> [f64; 3] {
         self.origin
     }
 
-    /// Says where zero lies. Nothing moves.
+    /// Sets [`Scene::origin`]. Nothing moves.
     pub fn set_origin(&mut self, origin: [f64; 3]) {
         self.origin = origin;
     }
 
-    /// Says how the axes of the file lie. Nothing moves.
+    /// Sets [`Scene::orientation`]. Nothing moves.
     pub fn set_orientation(&mut self, orientation: Orientation) {
         self.orientation = orientation;
     }
 
-    /// A position in the coordinates of the file, in those of the scene.
+    /// Converts a position from the coordinates of the file to those of the scene.
     #[must_use]
     pub fn position_of(&self, p: [f64; 3]) -> [f32; 3] {
         let [x, y, z] = self.origin;

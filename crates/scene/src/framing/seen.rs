@@ -1,9 +1,9 @@
-//! What of a scene can be seen from somewhere, as far as that decides which part of the world a picture shows.
+//! Visibility of the parts of a scene from anywhere, as far as it decides which part of the world a picture shows.
 
 use crate::{AlphaMode, Bounds, Instance, Material, Mesh, MeshData, PrimitiveKind, Scene, Texture};
 
-/// Largest height of a triangle without area, in lengths of its longest side: below, a triangle that fits into a picture of
-/// 16384 pixels is a sixtieth of one wide, and corners on one line are as far off it in single precision.
+/// Largest height of a degenerate triangle, in lengths of its longest side: below, a triangle that fits into a picture
+/// of 16384 pixels is a sixtieth of one wide, and corners on one line are as far off it in single precision.
 const FLAT: f64 = 1e-6;
 
 /// True if a triangle, line or point of a mesh can be seen. Its vertices exist.
@@ -28,8 +28,8 @@ fn can_be_seen(data: &MeshData, [a, b, c]: [u32; 3]) -> bool {
     }
 }
 
-/// Which vertices belong to something that can be seen, if an outermost vertex does not: one that decides the box of a mesh.
-/// `None` otherwise, and where nothing can be seen.
+/// Mask of the vertices that belong to something visible, if an outermost vertex does not: one that decides the box of
+/// a mesh. `None` otherwise, and where nothing is visible.
 pub(crate) fn vertices(data: &MeshData, bounds: &Bounds) -> Option<Vec<bool>> {
     if data.kind == PrimitiveKind::Points || bounds.is_empty() {
         return None;
@@ -57,7 +57,7 @@ pub(crate) fn vertices(data: &MeshData, bounds: &Bounds) -> Option<Vec<bool>> {
     used.contains(&true).then_some(used)
 }
 
-/// Leaves of the vertices that count those of what can be seen, unless there are none.
+/// Clears the mask of vertices that belong to nothing visible, unless that leaves none.
 pub(crate) fn keep_seen(data: &MeshData, used: &mut [bool]) {
     let mut seen = vec![false; used.len()];
     for &triangle in data.triangles.iter().filter(|&&triangle| can_be_seen(data, triangle)) {
@@ -101,7 +101,7 @@ impl Scene {
             && (has_places || mesh.triangles().iter().any(|&t| can_be_seen(mesh.data(), t)))
     }
 
-    /// True if a material lets everything through, whatever mesh it is on.
+    /// True if a material is fully transparent, whatever mesh it is on.
     pub fn is_invisible(&self, material: &Material) -> bool {
         let Some(least) = least_alpha(material) else { return false };
         let alpha = material.base_color[3];
@@ -116,7 +116,7 @@ impl Scene {
     }
 }
 
-/// True if what a mesh is made of is not squeezed to nothing where it is drawn.
+/// True if the transform does not squeeze the primitives of a mesh to nothing.
 fn keeps(instance: &Instance, kind: PrimitiveKind) -> bool {
     match kind {
         PrimitiveKind::Triangles => instance.transform.keeps_surfaces(),
@@ -125,7 +125,7 @@ fn keeps(instance: &Instance, kind: PrimitiveKind) -> bool {
     }
 }
 
-/// True if the vertex colours of a mesh let everything through.
+/// True if the vertex colours of a mesh are fully transparent.
 fn hides(material: &Material, mesh: &Mesh) -> bool {
     let Some(least) = least_alpha(material) else { return false };
     let colors = mesh.colors();

@@ -1,10 +1,10 @@
-//! The parameters of materials: one table says of each what it is called, what it takes, where it is and who reads it.
+//! Parameters of materials: one table with the name, range, place and readers of each.
 //!
-//! From it follow what a scene refuses ([`super::Scene::add_material`]), to what loaders clamp, the keys of material files
-//! with their documentation, the textures of a material, what animations of glTF change, and the ranges of the planes of the
-//! G-buffer. How a format of files calls a parameter stays with its loader.
+//! From it follow the checks of a scene ([`super::Scene::add_material`]), the clamping of loaders, the keys of
+//! material files with their documentation, the textures of a material, the targets of glTF's animations, and the
+//! ranges of the planes of the G-buffer. The name of a parameter in a format of files stays with its loader.
 //!
-//! A default is not written down again: it is what the parameter is in [`Material::default`].
+//! A default is not written down again: it is the value in [`Material::default`].
 
 mod table;
 
@@ -36,7 +36,7 @@ impl Range {
     pub const UNIT: Self = Self::new(0.0, 1.0);
     /// Anisotropy.
     pub(crate) const SIGNED: Self = Self::new(-1.0, 1.0);
-    /// What has no natural bound.
+    /// Range of factors without a natural bound: 0 to [`MAX_FACTOR`].
     pub const FACTOR: Self = Self::new(0.0, MAX_FACTOR);
 
     /// All values from `low` to `high`.
@@ -63,16 +63,16 @@ impl Range {
     }
 }
 
-/// How a value of a material is read and written.
+/// Getter and setter of a value of a material.
 #[derive(Clone, Copy, Debug)]
 pub struct Access<T> {
-    /// Reads it.
+    /// Reads the value.
     pub get: fn(&Material) -> T,
-    /// Writes it.
+    /// Writes the value.
     pub set: fn(&mut Material, T),
 }
 
-/// What a parameter is.
+/// Kind of a parameter, with its range and access.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
     /// A number.
@@ -100,17 +100,17 @@ pub enum Kind {
     Texture(Slot),
 }
 
-/// A place for a texture.
+/// A slot for a texture.
 #[derive(Clone, Copy, Debug)]
 pub struct Slot {
     /// Kind of its texels.
     pub holds: Holds,
-    /// What it multiplies.
+    /// Parameter that the texture multiplies, if any.
     pub factor: Option<&'static Parameter>,
     place: Place,
 }
 
-/// What the channels of a texture are.
+/// Meaning of a texture's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
     /// An sRGB colour; alpha has a meaning of its own, if any.
@@ -128,19 +128,19 @@ pub enum Holds {
 #[derive(Clone, Copy, Debug)]
 enum Place {
     Texture(fn(&Material) -> &Option<TextureRef>, fn(&mut Material) -> &mut Option<TextureRef>),
-    /// The material says which channel is read; that of [`Holds::Channel`] is the usual one.
+    /// The material chooses the channel that is read; that of [`Holds::Channel`] is the usual one.
     Scalar(fn(&Material) -> &ScalarParameter, fn(&mut Material) -> &mut ScalarParameter),
     Normal(fn(&Material) -> &Option<NormalTexture>, fn(&mut Material) -> &mut Option<NormalTexture>),
 }
 
-/// Which models read a parameter.
+/// Models that read a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum ReadBy {
-    /// All, or what comes before any model.
+    /// All models, or a stage before any model.
     All,
-    /// Those that know that much of a material.
+    /// Models that support the feature.
     Knowing(Feature),
-    /// These.
+    /// The listed models.
     Models(&'static [ShadingModel]),
 }
 
@@ -149,11 +149,11 @@ pub enum ReadBy {
 pub struct Parameter {
     /// Also its key in material files.
     pub name: &'static str,
-    /// What messages call it.
+    /// Name in messages.
     pub(crate) label: &'static str,
     /// Type, range and access.
     pub kind: Kind,
-    /// Of numbers that have one.
+    /// Unit of numbers, empty without one.
     pub unit: &'static str,
     /// Models that read it.
     pub read_by: ReadBy,
@@ -214,7 +214,7 @@ impl Parameter {
         }
     }
 
-    /// How many numbers it is.
+    /// Number of components: 0 for switches, names and textures.
     pub const fn width(&self) -> usize {
         match self.kind {
             Kind::Number(..) => 1,
@@ -263,7 +263,7 @@ impl Slot {
         }
     }
 
-    /// What the alpha of a texture in this place means.
+    /// Meaning of the alpha channel of a texture in this slot.
     pub fn alpha_use(&self, material: &Material) -> AlphaUse {
         match (self.holds, material.alpha_mode) {
             (Holds::Normals, _) => AlphaUse::Normals,
@@ -277,7 +277,7 @@ impl Slot {
         }
     }
 
-    /// True if the material says which channel is read.
+    /// True if the material chooses the channel that is read.
     pub fn names_channel(&self) -> bool {
         matches!(self.place, Place::Scalar(..))
     }
@@ -315,14 +315,14 @@ impl Slot {
         }
     }
 
-    /// Says which channel is read, where the material does.
+    /// Sets the channel that is read, where the material chooses it.
     pub fn set_channel(self, material: &mut Material, channel: u8) {
         if let Place::Scalar(_, get) = self.place {
             get(material).channel = channel;
         }
     }
 
-    /// Checks what stands beside the texture.
+    /// Checks channel, scale and the like beside the texture.
     fn check(self, material: &Material) -> Result<(), SceneError> {
         match self.place {
             Place::Texture(..) => {}
@@ -340,7 +340,7 @@ impl Slot {
     }
 }
 
-/// Every place for a texture, in the order of the table.
+/// Every slot for a texture, in the order of the table.
 pub fn slots() -> impl Iterator<Item = (&'static Parameter, &'static Slot)> {
     PARAMETERS.iter().filter_map(|parameter| match &parameter.kind {
         Kind::Texture(slot) => Some((parameter, slot)),
@@ -389,7 +389,8 @@ mod tests {
         }
     }
 
-    /// What is set is what is read, and nothing else of the table changes but what shares the place.
+    /// Each parameter reads back the value that was set, and nothing else of the table changes but parameters that
+    /// share its place.
     #[test]
     fn numbers_have_a_place_of_their_own() {
         for own in workflows() {

@@ -1,4 +1,4 @@
-//! The table. A row is a name, what messages call it, what it takes, where it is, and a sentence about it.
+//! The table. A row is a name, the name in messages, the range, the place, and a sentence about it.
 
 use super::{Access, Holds, Kind, MAX_FACTOR, Parameter, Place, Range, Slot};
 use crate::Flakes;
@@ -6,7 +6,7 @@ use crate::material::{AlphaMode, Material, TextureRef, Workflow};
 use crate::model::{Feature as F, ShadingModel};
 use crate::model_options::{DualNormalFix, OcclusionCone, SpecularOcclusionMethod};
 
-/// Lengths in metres of what paint is made of.
+/// Lengths in metres of the structures of paint.
 const PAINT_SIZE: Range = Range::new(Flakes::LEAST_SIZE, MAX_FACTOR);
 
 const STACKLIT: &[ShadingModel] = &[ShadingModel::StackLit];
@@ -76,7 +76,7 @@ macro_rules! choice {
     };
 }
 
-/// A texture: name, what its channels are, what it multiplies, kind of place and place, sentence.
+/// A texture: name, meaning of its channels, parameter that it multiplies, kind of place and place, sentence.
 macro_rules! texture {
     ($name:literal, $holds:expr, $factor:expr, $place:ident $m:ident => $at:expr, $about:literal) => {
         texture!($name, $holds, $factor, Place::$place(|$m| &$at, |$m| &mut $at), $about)
@@ -94,7 +94,8 @@ macro_rules! texture {
 macro_rules! parameters {
     ($($(#[$doc:meta])* $id:ident = $row:expr;)*) => {
         $($(#[$doc])* #[allow(missing_docs, reason = "each has a sentence for users")] pub const $id: Parameter = $row;)*
-        /// All parameters, in the order in which material files are applied: a texture follows what decides how it is read.
+        /// All parameters, in the order in which material files are applied: a texture follows the parameters that
+        /// decide how it is read.
         pub static PARAMETERS: &[Parameter] = &[$($id),*];
     };
 }

@@ -7,7 +7,7 @@ use std::f32::consts::FRAC_1_PI;
 /// Lambert's reflectance per unit of albedo, 1 / pi per steradian.
 pub const LAMBERT: f32 = FRAC_1_PI;
 
-/// sin 15 degrees: how far Unity lets transmitted light wrap around (core/BSDF and hd/Material,
+/// sin 15 degrees: wrap of transmitted light in Unity (core/BSDF and hd/Material,
 /// `TRANSMISSION_WRAP_LIGHT` = cos(pi/2 - pi/12)).
 pub const TRANSMISSION_WRAP_LIGHT: f32 = 0.258_819_04;
 

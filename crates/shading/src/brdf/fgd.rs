@@ -11,7 +11,7 @@ pub struct PreIntegratedFgd<L: Lanes> {
     pub specular: V3<L>,
     /// Albedo of Disney diffuse per unit of diffuse colour, 0.5 to 1.5.
     pub diffuse: L::F,
-    /// Specular albedo for F0 = 1: what one scattering event reflects.
+    /// Directional albedo for F0 = 1, single scattering.
     pub reflectivity: L::F,
 }
 

@@ -52,7 +52,7 @@ pub fn schlick_color<L: Lanes>(l: L, f0: V3<L>, f90: L::F, cosine: L::F) -> V3<L
     f0 * rest + grazing
 }
 
-/// What Schlick's reflectance leaves, (1 - f90 x5) - f0 (1 - x5). Unity core/BSDF, `F_Transm_Schlick`.
+/// Complement of Schlick's reflectance, (1 - f90 x5) - f0 (1 - x5). Unity core/BSDF, `F_Transm_Schlick`.
 #[inline(always)]
 pub fn schlick_transmission<L: Lanes>(l: L, f0: L::F, f90: L::F, cosine: L::F) -> L::F {
     let x5 = schlick_weight(l, cosine);

@@ -95,7 +95,7 @@ pub fn smith_visibility<L: Lanes>(
     l.splat(0.5) / sum.at_least(f32::MIN_POSITIVE)
 }
 
-/// Distribution times visibility, `DV_SmithJointGGX`: what lights use.
+/// Distribution times visibility, `DV_SmithJointGGX`, for punctual lights.
 ///
 /// `part_lambda_v` may come from another roughness, and does where lights raise the roughness. A negative `n_dot_l`
 /// can give up to 1.4e37: the product with max(0, N.L) is 0 all the same. Roughness 0 gives 0.

@@ -270,8 +270,8 @@ pub fn ggx_albedo(perceptual_roughness: f64, cosines: &[f64]) -> Vec<[f64; 3]> {
 /// The Khronos renderer's tables for one perceptual roughness (glTF-Sample-Renderer, ibl_filtering.frag `LUT`): scale
 /// and bias of GGX with height-correlated visibility, and the sheen lobe; 512 samples each.
 ///
-/// The sheen is not the albedo of anything: half vectors are drawn from Charlie of alpha = p^2, Charlie is evaluated with
-/// alpha = p, and the sum is weighted as for a uniform distribution. That is what the renderer shades with.
+/// The sheen is not the albedo of anything: half vectors are drawn from Charlie of alpha = p^2, Charlie is evaluated
+/// with alpha = p, and the sum is weighted as for a uniform distribution. The renderer shades with these.
 #[must_use]
 pub fn khronos(perceptual_roughness: f64, cosines: &[f64]) -> Vec<[f64; 3]> {
     const SAMPLES: u32 = 512;
@@ -301,7 +301,7 @@ pub fn khronos(perceptual_roughness: f64, cosines: &[f64]) -> Vec<[f64; 3]> {
 }
 
 /// Directional albedo of the Khronos renderer's sheen lobe (Charlie of alpha = roughness^2 with Estevez and Kulla's
-/// fitted shadowing), by which it dims what lies beneath: the integral of D V N.L over the hemisphere of lights.
+/// fitted shadowing), by which it dims the layers beneath: the integral of D V N.L over the hemisphere of lights.
 ///
 /// The renderer reads it from a picture whose making is not published with it; this is the integral that the picture
 /// stands for. Midpoint rule over 128 x 128 directions, denser towards the horizon, where the lobe is.

@@ -1,9 +1,10 @@
 //! Light from polygons and lines by linearly transformed cosines.
 //!
-//! Heitz, Dupuy, Hill and Neubelt, "Real-Time Polygonal-Light Shading with Linearly Transformed Cosines" (SIGGRAPH 2016);
-//! Heitz and Hill, "Real-Time Line- and Disk-Light Shading with Linearly Transformed Cosines" (SIGGRAPH 2017 course). A
-//! lobe of a BRDF (times the cosine of light) is a cosine lobe whose directions a matrix has moved. What arrives from a
-//! polygon or a line is then what a Lambert surface receives from the polygon or line moved back, which is known exactly.
+//! Heitz, Dupuy, Hill and Neubelt, "Real-Time Polygonal-Light Shading with Linearly Transformed Cosines" (SIGGRAPH
+//! 2016); Heitz and Hill, "Real-Time Line- and Disk-Light Shading with Linearly Transformed Cosines" (SIGGRAPH 2017
+//! course). A lobe of a BRDF (times the cosine of light) is a cosine lobe whose directions a matrix has moved. The
+//! reflected light of a polygon or a line is then the irradiance of a Lambert surface by the polygon or line moved
+//! back, which is known exactly.
 //!
 //! **Use.** A [`LightFrame`] for each normal and view; a [`Lobe`] for each lobe ([`Lobe::lambert`], or [`Lobe::ggx`] from
 //! [`super::tables::linearly_transformed_ggx`]); then [`rectangle`] or [`tube`] for each light. They return the share of
@@ -99,8 +100,8 @@ impl<L: Lanes> Lobe<L> {
         Vec3::new(self.a * v.x + self.b * v.z, v.y, self.c * v.x + self.d * v.z)
     }
 
-    /// How wide a strip that was 1 wide across its plane through the origin becomes; `normal` is the unit normal of that
-    /// plane before.
+    /// Width, after the transform, of a strip that was 1 wide across its plane through the origin; `normal` is the
+    /// unit normal of that plane before it.
     #[inline(always)]
     fn strip_width(&self, normal: V3<L>) -> L::F {
         let determinant = self.a * self.d - self.b * self.c;
@@ -116,7 +117,8 @@ impl<L: Lanes> Lobe<L> {
 /// An edge of a polygon on the sphere of directions, from one point to the other. Zero vectors are no edge.
 pub(super) type Edge<L> = [V3<L>; 2];
 
-/// Cuts a closed convex polygon of edges at z = 0: what is left of each, and the edge on the horizon that closes it.
+/// Clips a closed convex polygon of edges at z = 0: the part of each edge above, and the edge on the horizon that
+/// closes it.
 #[inline(always)]
 fn clip<L: Lanes, const N: usize>(l: L, edges: [Edge<L>; N]) -> ([Edge<L>; N], Edge<L>) {
     let zero = l.zero();

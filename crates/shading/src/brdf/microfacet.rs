@@ -41,7 +41,7 @@ pub fn visibility_smith<L: Lanes>(l: L, n_dot_l: L::F, n_dot_v: L::F, alpha2: L:
     l.splat(0.5) / smith_denominator(l, n_dot_l, n_dot_v, alpha2).at_least(least)
 }
 
-/// What the anisotropic GGX divides by: (ab T.H)^2 + (at B.H)^2 + (at ab N.H)^2; with `half` = (T.H, B.H, N.H), T.H and
+/// Denominator of the anisotropic GGX: (ab T.H)^2 + (at B.H)^2 + (at ab N.H)^2; with `half` = (T.H, B.H, N.H), T.H and
 /// B.H with their signs, and `alpha` = `[at, ab]`. For unit vectors in an orthonormal frame at least (at ab)^2 if
 /// neither alpha is above 1.
 #[inline(always)]

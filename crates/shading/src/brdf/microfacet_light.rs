@@ -73,7 +73,7 @@ impl<L: Lanes> Facets<L> {
         Vec3::new(v.x * self.stretch[0], v.y * self.stretch[1], v.z)
     }
 
-    /// Of a unit vector to the light at or above the horizon.
+    /// Half vector for a unit vector to the light, at or above the horizon, in the frame.
     #[inline(always)]
     fn half(&self, light: V3<L>) -> Half<L> {
         let vector = (light + self.view).normalize();
@@ -82,7 +82,7 @@ impl<L: Lanes> Facets<L> {
         Half { vector, cosine_space: stretched.normalize(), density: (squared * squared).recip() }
     }
 
-    /// What masking and shadowing leave, over the albedo: 4 V N.L V.h / N.h.
+    /// Masking and shadowing over the directional albedo: 4 V N.L V.h / N.h, with V the visibility.
     #[inline(always)]
     fn weight(&self, l: L, light: V3<L>, half: V3<L>) -> L::F {
         let light = Vec3 { z: light.z.at_least(0.0), ..light };

@@ -66,7 +66,7 @@ fn specular_cone<L: Lanes>(l: L, roughness: L::F) -> L::F {
     exp2(l, roughness.at_least(0.01).squared() * -LOG2_10)
 }
 
-/// What a place sees of the hemisphere above it.
+/// Visibility of the hemisphere above a point: bent normal and ambient occlusion.
 #[derive(Clone, Copy)]
 pub struct BentOcclusion<L: Lanes> {
     /// Unit normal of the surface.
@@ -133,7 +133,7 @@ pub fn specular_occlusion_gaussian<L: Lanes>(
     (ratio * numerator / denominator).saturate()
 }
 
-/// How StackLit turns ambient occlusion into a cone of visible directions (hd/SPTDistribution,
+/// Weighting of the ambient occlusion from which StackLit derives the cone of visible directions (hd/SPTDistribution,
 /// `BENT_VISIBILITY_FROM_AO_*`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum VisibilityCone {
@@ -158,24 +158,24 @@ fn visibility_cone<L: Lanes>(_: L, cone: VisibilityCone, open: &BentOcclusion<L>
     }
 }
 
-/// How StackLit tilts bent normals of strongly occluded places towards the geometric normal
+/// StackLit's tilt of the bent normal of strongly occluded points towards the geometric normal
 /// (`BENT_VISIBILITY_FIXUP_FLAGS_TILT_BENTNORMAL_TO_GEOM`).
 ///
-/// Its other fix-up, more roughness for such places, changes a number that is not read any more and has no effect.
+/// Its other fix-up, more roughness for such points, changes a number that is not read any more and has no effect.
 #[derive(Clone, Copy)]
 pub struct BentNormalTilt<L: Lanes> {
     /// Unit normal of the triangle.
     pub geometric_normal: V3<L>,
-    /// Share of the hemisphere below which a place counts as strongly occluded, 0 to 1.
+    /// Share of the hemisphere below which a point counts as strongly occluded, 0 to 1.
     pub threshold: L::F,
-    /// How fast the tilt sets in, 0 or more.
+    /// Slope of the tilt below the threshold, 0 or more.
     pub strength: L::F,
 }
 
 /// Specular occlusion of StackLit by intersecting cones, `GetSpecularOcclusionFromBentAOConeCone` of
 /// hd/SPTDistribution. Up to 1 but for rounding.
 ///
-/// `perceptual_roughness` is what the original calls so; StackLit passes an alpha.
+/// `perceptual_roughness` has the name of the original; StackLit passes an alpha.
 #[inline(always)]
 pub fn specular_occlusion_cone_cone_tilted<L: Lanes>(
     l: L,
@@ -204,7 +204,7 @@ pub fn specular_occlusion_cone_cone_tilted<L: Lanes>(
 }
 
 /// Horizon occlusion, `GetHorizonOcclusion` (core/CommonLighting; Russell 2015): fades reflections that point below
-/// the vertex normal's horizon. `fade` is how fast, 1 to 2 usually.
+/// the vertex normal's horizon. `fade` is the slope of the fade, usually 1 to 2.
 #[inline(always)]
 pub fn horizon_occlusion<L: Lanes>(
     _: L,

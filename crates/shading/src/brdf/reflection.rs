@@ -3,9 +3,9 @@
 use overcoat_core::math::lanes::{Float, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// Where the lobe about the mirror direction of a rough surface is brightest: between the mirror direction `r` and
-/// the normal `n`, not normalised. Lagarde and de Rousiers, "Moving Frostbite to PBR" (SIGGRAPH 2014); Unity
-/// core/ImageBasedLighting, `GetSpecularDominantDir`.
+/// Dominant direction of the specular lobe of a rough surface: between the mirror direction `r` and the normal `n`,
+/// not normalised. Lagarde and de Rousiers, "Moving Frostbite to PBR" (SIGGRAPH 2014); Unity core/ImageBasedLighting,
+/// `GetSpecularDominantDir`.
 ///
 /// Perceptual roughness 0 to 1; `n_dot_v` clamped by the caller.
 #[inline(always)]

@@ -3,7 +3,7 @@
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Int, Lanes};
 
-/// How the parameters 0 and 1 map to a table's texels.
+/// Mapping of the parameters 0 and 1 to a table's texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelGrid {
     /// The first texel is at 0, the last at 1: position = u (size - 1).
@@ -22,7 +22,7 @@ pub struct Table<const N: usize> {
     texels: Vec<[f32; N]>,
 }
 
-/// How numbers are stored.
+/// Number format of a stored table's texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelFormat {
     /// `f32`.
@@ -141,7 +141,7 @@ impl<const N: usize> Table<N> {
         })
     }
 
-    /// The two texels about a parameter and how far it is from the first to the second.
+    /// The two texels about a parameter, and the weight of the second.
     #[inline(always)]
     fn position<L: Lanes>(&self, l: L, u: L::F, size: usize) -> (L::I, L::I, L::F) {
         let last = (size - 1) as f32;

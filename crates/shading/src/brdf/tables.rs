@@ -15,15 +15,15 @@ use super::table::{Table, TexelFormat, TexelGrid};
 use overcoat_assets::tables;
 use std::sync::OnceLock;
 
-/// How a table comes about, for the program that writes the files.
+/// Definition of a pre-integrated table, for the program that writes the files.
 pub struct Definition<const N: usize> {
     /// File name in `assets/tables`.
     pub file: &'static str,
     /// Texels along the first parameter, and number of rows.
     pub size: [usize; 2],
-    /// Where the texels lie.
+    /// Mapping of the parameters to texels.
     pub grid: TexelGrid,
-    /// How numbers are rounded.
+    /// Number format, to which the texels are rounded.
     pub format: TexelFormat,
     /// The texels of one row, of `size`. Rows are independent of each other.
     pub row: fn([usize; 2], usize) -> Vec<[f64; N]>,
@@ -33,7 +33,7 @@ impl<const N: usize> Definition<N> {
     /// The bytes of the file from all rows in order; empty if there are too many or too few.
     #[must_use]
     pub fn bytes(&self, rows: &[Vec<[f64; N]>]) -> Vec<u8> {
-        // What is below any use becomes 0: subnormal numbers are slow to compute with.
+        // Values too small to matter become 0: subnormal numbers are slow to compute with.
         let stored = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v as f32 };
         let texels: Vec<[f32; N]> = rows.iter().flatten().map(|texel| texel.map(stored)).collect();
         let table = Table::new(self.size[0], self.size[1], self.grid, &texels);

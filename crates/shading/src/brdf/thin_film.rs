@@ -16,7 +16,7 @@ use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::math::{cos, exp_transmittance, exp2};
 use overcoat_core::vec3;
 
-/// What stands for (1 - u)^5 in Schlick's approximation.
+/// Form of the weight (1 - u)^5 in Schlick's Fresnel term: exact or approximate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SchlickWeight {
     /// (1 - u)^5.

@@ -1,7 +1,7 @@
 //! Velvet after Ashikhmin and Premoze, and the split of roughness for anisotropic highlights.
 //!
-//! Velvet is a dense field of fibres: what is seen are the sides of fibres, so that the distribution of normals has its
-//! peak at the horizon and only a constant about the surface normal.
+//! Velvet is a dense field of fibres: the sides of fibres are seen, so that the distribution of normals has its peak
+//! at the horizon and only a constant about the surface normal.
 
 use super::sheen::neubelt_denominator;
 use super::table::{Table, TexelGrid};
@@ -70,10 +70,10 @@ pub const LEAST_ROUGHNESS: f32 = 0.05;
 /// Least N.V of [`VelvetAlbedo`].
 const LEAST_N_DOT_V: f32 = 1e-4;
 
-/// What the velvet lobe reflects of light from all sides, read at a cosine and a roughness of
-/// [`LEAST_ROUGHNESS`] to 1 with an interpolation error below 0.005.
+/// Pre-integrated reflection of the velvet lobe, read at a cosine and a roughness of [`LEAST_ROUGHNESS`] to 1 with an
+/// interpolation error below 0.005.
 pub struct VelvetAlbedo {
-    /// The directional albedo, 0.09 to 0.87. Parameters: sqrt(cosine), place of the roughness.
+    /// The directional albedo, 0.09 to 0.87. Parameters: sqrt(cosine), [`VelvetAlbedo::place`] of the roughness.
     albedo: Table<1>,
     /// x, y: mean direction of the reflected light's origin, towards the view's projection on the surface and along the
     /// normal. z: mean of the albedo over the cosine-weighted hemisphere, the same in all of a row.
@@ -104,9 +104,9 @@ impl VelvetAlbedo {
         self.albedo.fetch(l, cosine.at_least(0.0).sqrt(), Self::place(l, roughness))[0]
     }
 
-    /// Where that light comes from in the mean, as components along the view's projection on the surface and along the
-    /// normal (shorter than 1 by its spread: 0.4 to 0.7), and the mean of [`Self::albedo`] over the cosine-weighted
-    /// hemisphere.
+    /// Mean direction of the light that [`Self::albedo`] reflects, as components along the view's projection on the
+    /// surface and along the normal (shorter than 1 by its spread: 0.4 to 0.7), and the mean of the albedo over the
+    /// cosine-weighted hemisphere.
     #[inline(always)]
     pub fn view<L: Lanes>(&self, l: L, n_dot_v: L::F, roughness: L::F) -> ([L::F; 2], L::F) {
         let [x, z, mean] = self.view.fetch(l, n_dot_v.at_least(0.0).sqrt(), Self::place(l, roughness));

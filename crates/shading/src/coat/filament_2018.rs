@@ -34,7 +34,7 @@ const COAT_INDEX: f32 = 1.5;
 /// Least square of L.H in Kelemen's visibility, which the document leaves unguarded: the rounding of a unit vector.
 const LEAST_KELEMEN: f32 = 1e-12;
 
-/// How the coat attenuates the base.
+/// Attenuation of the base by the coat, by edition of the document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Attenuation {
     /// The code of the document: (Fd + Fr (1 - Fc)) (1 - Fc) + Frc. The specular part is dimmed twice, on its way in
@@ -76,7 +76,7 @@ pub struct Coat<L: Lanes> {
     pub mask: L::F,
     /// `clearCoatPerceptualRoughness`, 0 to 1.
     pub perceptual_roughness: L::F,
-    /// Whether F0 of the base becomes that under a coat; wholly, whatever the mask.
+    /// True if F0 of the base becomes that under a coat; wholly, whatever the mask.
     pub modify_f0: bool,
     /// Which edition.
     pub attenuation: Attenuation,

@@ -30,7 +30,7 @@
 //!
 //! **Beyond the original** (what the original can express changes by rounding at most):
 //! * Lanes with a coat mask of exactly 0 keep the bits of a material without coat (as long as N.V is at least 1e-4,
-//!   if there is iridescence). What a fragment looks like can therefore not depend on whether its neighbours in the
+//!   if there is iridescence). The colour of a fragment can therefore not depend on whether its neighbours in the
 //!   vector have a coat.
 //! * Any dielectric F0 in the metallic workflow, see [`Reflectance::Metallic`].
 //! * A view along an anisotropic grain is no 0 / 0, see [`anisotropic_normal_and_roughness`], and an anisotropic lobe
@@ -81,7 +81,7 @@ const LEAST_N_DOT_V: f32 = 1e-4;
 /// would make that infinite.
 const GREATEST_LOBE: f32 = 1e18;
 
-/// How a material states its F0. The workflow is one for all lanes.
+/// Workflow in which a material states its F0, one for all lanes.
 #[derive(Clone, Copy)]
 pub enum Reflectance<L: Lanes> {
     /// The metallic workflow.
@@ -108,7 +108,7 @@ pub struct Iridescence<L: Lanes> {
     pub thickness: L::F,
 }
 
-/// What HDRP calls `SurfaceData`, for sixteen fragments. What is `None` is off for all of them: the same bits as its
+/// HDRP's `SurfaceData`, for sixteen fragments. A feature that is `None` is off for all of them: the same bits as its
 /// neutral value (coat mask, iridescence mask), and faster.
 #[derive(Clone, Copy)]
 pub struct SurfaceData<L: Lanes> {
@@ -138,7 +138,7 @@ pub struct Coat<L: Lanes> {
     pub roughness: L::F,
 }
 
-/// What HDRP calls `BSDFData`.
+/// HDRP's `BSDFData`.
 #[derive(Clone, Copy)]
 pub struct BsdfData<L: Lanes> {
     /// Colour of the diffuse part.
@@ -211,7 +211,7 @@ pub struct CoatPreLightData<L: Lanes> {
     pub ibl_f: L::F,
 }
 
-/// What HDRP calls `PreLightData`: everything that depends on the view but on no light.
+/// HDRP's `PreLightData`: everything that depends on the view but on no light.
 #[derive(Clone, Copy)]
 pub struct PreLightData<L: Lanes> {
     /// N.V as it is.
@@ -239,7 +239,7 @@ pub struct PreLightData<L: Lanes> {
 pub struct Surface<L: Lanes> {
     /// The material under the coat and the film.
     pub bsdf: BsdfData<L>,
-    /// What depends on the view.
+    /// Terms that depend on the view.
     pub pre: PreLightData<L>,
     normal: V3<L>,
     view: V3<L>,
@@ -333,7 +333,7 @@ pub fn surface<L: Lanes>(
     Surface { bsdf, pre, normal, view, frame }
 }
 
-/// What HDRP calls `CBSDF`: the BSDF times the cosine with the light, without the diffuse colour.
+/// HDRP's `CBSDF`: the BSDF times the cosine with the light, without the diffuse colour.
 #[derive(Clone, Copy)]
 pub struct CosineWeightedBsdf<L: Lanes> {
     /// Diffuse reflection; the same in all channels.
@@ -408,8 +408,7 @@ pub fn evaluate_bsdf<L: Lanes>(
     }
 }
 
-/// What HDRP calls `DirectLighting`: light of lamps, the diffuse part without the diffuse colour. Sum it over the
-/// lights.
+/// HDRP's `DirectLighting`: light of lamps, the diffuse part without the diffuse colour. Sum it over the lights.
 #[derive(Clone, Copy)]
 pub struct DirectLighting<L: Lanes> {
     /// Diffuse light.
@@ -435,9 +434,9 @@ impl<L: Lanes> DirectLighting<L> {
 
 /// One light, `ShadeSurface_Infinitesimal` and `ShadeSurface_Punctual`.
 ///
-/// `light` is the unit vector to it, `irradiance` what it delivers at normal incidence (with distance, cone and shadow
-/// applied), `min_roughness` as in [`evaluate_bsdf`]: HDRP derives it from the light's size; 1/1024 is
-/// the least with which polished surfaces show a highlight.
+/// `light` is the unit vector to it, `irradiance` its own at normal incidence (with distance, cone and shadow applied),
+/// `min_roughness` as in [`evaluate_bsdf`]: HDRP derives it from the light's size; 1/1024 is the least with which
+/// polished surfaces show a highlight.
 #[inline(always)]
 pub fn direct<L: Lanes>(
     l: L,
@@ -456,7 +455,7 @@ pub fn direct<L: Lanes>(
 }
 
 impl<L: Lanes> Surface<L> {
-    /// What the base reflects.
+    /// Environment lookup of the base.
     #[inline(always)]
     pub fn base_query(&self, l: L) -> EnvironmentQuery<L> {
         let PreLightData { ibl_r, ibl_perceptual_roughness: p, clamped_n_dot_v, .. } = self.pre;
@@ -464,7 +463,7 @@ impl<L: Lanes> Surface<L> {
         EnvironmentQuery { direction: environment_direction(l, dominant, ibl_r, p), perceptual_roughness: p }
     }
 
-    /// What the coat reflects, if there is one: the environment as it is.
+    /// Environment lookup of the coat, if there is one: at roughness 0.
     #[inline(always)]
     pub fn coat_query(&self, l: L) -> Option<EnvironmentQuery<L>> {
         match &self.pre.coat {
@@ -501,7 +500,7 @@ pub fn environment<L: Lanes>(
     light
 }
 
-/// What hides the surface. All of it 0 (hidden) to 1.
+/// Occlusion of the surface by source, each 0 (hidden) to 1.
 #[derive(Clone, Copy)]
 pub struct Occlusion<L: Lanes> {
     /// The material's ambient occlusion.
@@ -510,9 +509,9 @@ pub struct Occlusion<L: Lanes> {
     pub specular: L::F,
     /// Ambient occlusion from the screen.
     pub screen_space: L::F,
-    /// How much the latter also dims the light of lamps (`_AmbientOcclusionParam.w`).
+    /// Strength of the screen-space occlusion on the light of lamps (`_AmbientOcclusionParam.w`).
     pub direct_strength: L::F,
-    /// How much of it dims reflections (`_SpecularOcclusionBlend`); 1 in HDRP.
+    /// Strength of the specular occlusion that follows from it (`_SpecularOcclusionBlend`); 1 in HDRP.
     pub specular_blend: L::F,
 }
 
@@ -540,10 +539,10 @@ pub fn baked_diffuse<L: Lanes>(_: L, surface: &Surface<L>, baked_gi: V3<L>) -> V
     baked_gi * surface.pre.diffuse_fgd * surface.bsdf.diffuse_color
 }
 
-/// What HDRP calls `LightLoopOutput`: reflected radiance in two parts.
+/// HDRP's `LightLoopOutput`: reflected radiance in two parts.
 #[derive(Clone, Copy)]
 pub struct LightLoopOutput<L: Lanes> {
-    /// Diffuse, and what the surface emits.
+    /// Diffuse reflection, and emission.
     pub diffuse: V3<L>,
     /// Specular.
     pub specular: V3<L>,
@@ -551,7 +550,8 @@ pub struct LightLoopOutput<L: Lanes> {
 
 /// All light together, `PostEvaluateBSDF`.
 ///
-/// `direct` is the sum over the lights, `environment` what [`environment`] gave, `baked_gi` the irradiance over pi.
+/// `direct` is the sum over the lights, `environment` the result of [`environment`], `baked_gi` the irradiance over
+/// pi.
 #[inline(always)]
 pub fn compose<L: Lanes>(
     l: L,

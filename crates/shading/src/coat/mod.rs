@@ -29,13 +29,13 @@ pub struct EnvironmentQuery<L: Lanes> {
     /// Direction in which the radiance is asked for. Not a unit vector in every model: engines bend reflections and do not
     /// normalise them.
     pub direction: V3<L>,
-    /// What the environment is to be filtered for, 0 to 1; see
+    /// Perceptual roughness for which the environment is to be filtered, 0 to 1; see
     /// [`crate::brdf::roughness::mip_of_perceptual_roughness`].
     pub perceptual_roughness: L::F,
 }
 
-/// What the environment answers to the first `count` of the queries, and darkness for the others. One loop, so that the
-/// look-up is compiled once.
+/// Radiance of the environment for the first `count` queries, black for the others. One loop, so that the lookup is
+/// compiled once.
 #[inline(always)]
 fn look_up<L: Lanes, const N: usize>(
     l: L,

@@ -127,10 +127,10 @@ pub struct SurfaceData<L: Lanes> {
     pub ior: L::F,
     /// `None` where no lane has a coat; the same bits as a weight of 0, and faster.
     pub coat: Option<Coat<L>>,
-    /// Whether a coat of higher index than the base has the ratio of indices inverted, which avoids a ring of total
+    /// True if a coat of higher index than the base has the ratio of indices inverted, which avoids a ring of total
     /// reflection that a real coat does not show (the specification recommends it). One for all lanes.
     pub invert_ratio: bool,
-    /// Whether light that meets more than one facet is lost. One for all lanes.
+    /// True if light that meets more than one facet is lost. One for all lanes.
     pub single_scattering: bool,
 }
 
@@ -219,7 +219,7 @@ impl<L: Lanes> Interface<L> {
         (d, visibility_smith_anisotropic(l, light, self.view, self.alpha, LEAST_SMITH))
     }
 
-    /// Where the environment is looked up. The normal is bent across the grain, by |k| saturate(5 r), as Filament's
+    /// Environment lookup of the lobe. The normal is bent across the grain, by |k| saturate(5 r), as Filament's
     /// `getReflectedVector` does.
     #[inline(always)]
     fn query(&self, view: V3<L>) -> EnvironmentQuery<L> {
@@ -231,7 +231,7 @@ impl<L: Lanes> Interface<L> {
     }
 }
 
-/// The coat as [`surface`] prepares it, and what it does to the base.
+/// The coat as [`surface`] prepares it, and its effect on the base.
 #[derive(Clone, Copy)]
 pub struct CoatSurface<L: Lanes> {
     /// The interface to air.
@@ -247,13 +247,13 @@ pub struct CoatSurface<L: Lanes> {
     pub inner_diffuse: L::F,
     /// Share of light from a smooth base that the coat reflects back.
     pub inner_specular: L::F,
-    /// How rough the base counts between these, 0 to 1.
+    /// Effective roughness of the base, 0 to 1: blends `inner_specular` (0) and `inner_diffuse` (1).
     pub base_roughness: L::F,
     /// Share of light from the base that the coat reflects back.
     pub inner: L::F,
     /// Albedo of the base.
     pub base_albedo: V3<L>,
-    /// What is left of the base's light after all interreflections, before blending.
+    /// Factor on the base's light after all interreflections with the coat, before blending.
     pub delta: V3<L>,
     /// The same after blending with weight and `coat_darkening`.
     pub darkening: V3<L>,
@@ -274,7 +274,7 @@ pub struct Surface<L: Lanes> {
     specular_color: V3<L>,
     /// Base colour times weight: the albedo of the Lambert part and F0 of the metal.
     pub base_color: V3<L>,
-    /// Index of the dielectric base relative to what lies above.
+    /// Index of the dielectric base relative to the layer above.
     pub eta: L::F,
     /// F0 of that.
     pub f0: L::F,
@@ -494,14 +494,14 @@ fn mu<L: Lanes>(_: L, cosine: L::F, ior: L::F) -> L::F {
 }
 
 impl<L: Lanes> CoatSurface<L> {
-    /// What the medium lets through of light that comes in at the inner cosine `mu_light`.
+    /// Transmittance of the medium for light that enters at the inner cosine `mu_light` and leaves towards the view.
     #[inline(always)]
     pub fn absorption(&self, l: L, mu_light: L::F) -> V3<L> {
         let exponent = (mu_light.recip() + self.mu_view.recip()) * 0.5;
         vec3!(color in self.color => pow(l, color.at_least(0.0), exponent))
     }
 
-    /// What is left of the base's light, for light that comes in at the inner cosine `mu_light`.
+    /// Transmittance of the coat for light of the base that enters at the inner cosine `mu_light`, darkening included.
     #[inline(always)]
     fn transmittance(&self, l: L, mu_light: L::F) -> V3<L> {
         let absorption = self.absorption(l, mu_light);
@@ -548,7 +548,7 @@ pub struct CoatLobe<L: Lanes> {
     pub fresnel: L::F,
     /// The lobe without the coat's weight, 1/sr.
     pub value: L::F,
-    /// What is left of the base's light.
+    /// Transmittance for light of the base, darkening included.
     pub transmittance: V3<L>,
 }
 
@@ -626,8 +626,8 @@ impl<L: Lanes> Lobes<L> {
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` what it delivers at normal incidence: irradiance with distance,
-/// cone and shadow applied.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with distance, cone and
+/// shadow applied.
 #[inline(always)]
 pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);

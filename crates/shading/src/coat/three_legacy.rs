@@ -54,7 +54,7 @@ pub enum ThreeVersion {
     R131,
 }
 
-/// What the colour of a light means: the renderer's `physicallyCorrectLights`.
+/// Unit of a light's colour: the renderer's `physicallyCorrectLights`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LightUnits {
     /// Off, the default: irradiance over pi.
@@ -73,7 +73,7 @@ impl LightUnits {
         }
     }
 
-    /// What the shader multiplies a light's colour by.
+    /// Factor of the shader from a light's colour to irradiance.
     fn irradiance_per_color(self) -> f32 {
         match self {
             Self::Legacy => PI,
@@ -247,7 +247,7 @@ pub fn specular_brdfs<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>) ->
     (base, coat)
 }
 
-/// One light, `RE_Direct_Physical`: what the parts reflect of it.
+/// One light, `RE_Direct_Physical`: its reflection by lobe.
 ///
 /// `direction` is the unit vector to the light, `color` its colour in `units`.
 #[inline(always)]
@@ -300,8 +300,8 @@ pub fn integrate_specular_brdf<L: Lanes>(l: L, n_dot_v: L::F, roughness: L::F) -
     [t * -1.04 + z, t * 1.04 + w]
 }
 
-/// What the base reflects of the environment's radiance after one bounce between its microfacets, and what of its
-/// irradiance over pi after more (`BRDF_Specular_Multiscattering_Environment`).
+/// Reflectance of the base for the environment's radiance after one bounce between microfacets, and for its irradiance
+/// over pi after more (`BRDF_Specular_Multiscattering_Environment`).
 #[inline(always)]
 pub fn multiscattering_environment<L: Lanes>(l: L, surface: &Surface<L>) -> (V3<L>, V3<L>) {
     let [scale, bias] = integrate_specular_brdf(l, surface.n_dot_v, surface.roughness);
@@ -314,7 +314,7 @@ pub fn multiscattering_environment<L: Lanes>(l: L, surface: &Surface<L>) -> (V3<
     (single, multiple_scattering(l, single, f0, scale + bias))
 }
 
-/// What the surroundings send.
+/// Light of the surroundings at the fragments.
 #[derive(Clone, Copy)]
 pub struct Indirect<L: Lanes> {
     /// Irradiance of ambient lights and light probes, which reach the Lambert part only.
@@ -336,7 +336,7 @@ fn query<L: Lanes>(l: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> Environ
     }
 }
 
-/// What base and coat ask of the prefiltered environment, and how many of the two do.
+/// Lookups of base and coat in the prefiltered environment, and the count of those in use: 2 with a coat, else 1.
 #[inline(always)]
 pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> ([EnvironmentQuery<L>; 2], usize) {
     let base = query(l, surface.view, surface.normal, surface.roughness);
@@ -353,7 +353,7 @@ pub fn coat_environment_brdf<L: Lanes>(l: L, coat: &CoatSurface<L>) -> L::F {
     scale * DEFAULT_SPECULAR + bias
 }
 
-/// `RE_IndirectDiffuse_Physical` and `RE_IndirectSpecular_Physical`: what the parts reflect of the surroundings.
+/// `RE_IndirectDiffuse_Physical` and `RE_IndirectSpecular_Physical`: reflection of the surroundings by lobe.
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>) -> Terms<L> {
     let (single, multi) = multiscattering_environment(l, surface);

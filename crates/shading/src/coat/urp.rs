@@ -12,14 +12,14 @@
 //! E = E / pi, and `baked_gi` is the irradiance of the environment divided by pi (the colour that a white
 //! Lambert surface would show). The environment itself is radiance.
 //!
-//! **Physics.** A GGX-like base lobe over Lambert under one smooth dielectric layer of F0 0.04. The coat dims
-//! what lies beneath by its Fresnel reflectance on the way out only (Schlick with exponent 4, of the view
-//! angle, also for direct light); it neither absorbs nor refracts. Left out: light lost between microfacets,
-//! interreflection between the layers, the Fresnel increase of the base's direct highlights towards grazing
-//! angles. Measured in `tests/energy.rs`: of the light of one direction, a white metal of smoothness 0, 0.5
-//! and 0.8 reflects 0.2 to 0.33, 1.0 to 1.1 and 1.74 to 1.81 of what falls in (twice as much as a mirror in
-//! the limit); under a white environment a surface shows at most 1 from the front, 2 at the silhouette and
-//! 1.067 in the mean over all views. Only the base alone is reciprocal.
+//! **Physics.** A GGX-like base lobe over Lambert under one smooth dielectric layer of F0 0.04. The coat dims the
+//! layers beneath by its Fresnel reflectance on the way out only (Schlick with exponent 4, of the view angle, also for
+//! direct light); it neither absorbs nor refracts. Left out: light lost between microfacets, interreflection between
+//! the layers, the Fresnel increase of the base's direct highlights towards grazing angles. Measured in
+//! `tests/energy.rs`: of the light of one direction, a white metal of smoothness 0, 0.5 and 0.8 reflects 0.2 to 0.33,
+//! 1.0 to 1.1 and 1.74 to 1.81 of what falls in (twice as much as a mirror in the limit); under a white environment a
+//! surface shows at most 1 from the front, 2 at the silhouette and 1.067 in the mean over all views. Only the base
+//! alone is reciprocal.
 //!
 //! **Beyond the original** (what the original can express changes by rounding at most):
 //! * Lanes with a coat mask of exactly 0 keep the bits of a material without coat. (The original takes the
@@ -80,7 +80,7 @@ impl UrpVersion {
         self != Self::Mobile
     }
 
-    /// Where the specular term is cut off, if anywhere.
+    /// Upper limit of the specular term, if the version has one.
     fn specular_limit(self) -> Option<f32> {
         match self {
             Self::Mobile => Some(100.0),
@@ -90,7 +90,7 @@ impl UrpVersion {
     }
 }
 
-/// How a material states its F0. The workflow is one for all lanes.
+/// Workflow in which a material states its F0, one for all lanes.
 #[derive(Clone, Copy)]
 pub enum Reflectance<L: Lanes> {
     /// The metallic workflow.
@@ -123,7 +123,7 @@ pub struct Coat<L: Lanes> {
     pub normal: Option<V3<L>>,
 }
 
-/// What URP calls `SurfaceData`, for sixteen fragments.
+/// URP's `SurfaceData`, for sixteen fragments.
 #[derive(Clone, Copy)]
 pub struct SurfaceData<L: Lanes> {
     /// Base colour, linear, 0 to 1.
@@ -136,7 +136,7 @@ pub struct SurfaceData<L: Lanes> {
     pub coat: Option<Coat<L>>,
 }
 
-/// What URP calls `BRDFData`: one layer, ready for any number of lights.
+/// URP's `BRDFData`: one layer, ready for any number of lights.
 #[derive(Clone, Copy)]
 pub struct BrdfData<L: Lanes> {
     /// Base colour as given.
@@ -320,11 +320,11 @@ pub struct CoatSurface<L: Lanes> {
     pub mask: L::F,
     /// Unit normal of the coat.
     pub normal: V3<L>,
-    /// Whether the normal was given apart from the base's.
+    /// True if the normal was given apart from the base's.
     separate_normal: bool,
     /// (1 - N.V)^4 at the coat.
     fresnel: L::F,
-    /// 1 - mask * Fresnel reflectance: what the coat leaves of the light from beneath.
+    /// 1 - mask * Fresnel reflectance: the transmittance for light from beneath.
     transmittance: L::F,
 }
 
@@ -418,7 +418,7 @@ pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<
 }
 
 impl<L: Lanes> Surface<L> {
-    /// What the base reflects.
+    /// Environment lookup of the base.
     #[inline(always)]
     pub fn base_query(&self) -> EnvironmentQuery<L> {
         EnvironmentQuery {
@@ -427,7 +427,7 @@ impl<L: Lanes> Surface<L> {
         }
     }
 
-    /// What the coat reflects, if there is one.
+    /// Environment lookup of the coat, if there is one.
     #[inline(always)]
     pub fn coat_query(&self) -> Option<EnvironmentQuery<L>> {
         match &self.coat {

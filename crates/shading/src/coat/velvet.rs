@@ -187,7 +187,7 @@ pub fn direct<L: Lanes>(l: L, surface: &Surface<'_, L>, direction: V3<L>, color:
     let d = distribution_velvet_real_time(l, n_dot_h, surface.velvet_roughness);
     let d = half.defined.select(d, l.zero());
     let velvet = velvet_lobe(l, d, n_dot_l, surface.n_dot_v, 0.0);
-    // What the velvet leaves of the light on its way in.
+    // Transmittance of the velvet for light on its way in.
     let albedo = surface.table.albedo(l, n_dot_l, surface.velvet_roughness);
     let entering = (surface.strength * albedo).one_minus();
     let mut below = surface.base_color * (entering * surface.diffuse_scale * FRAC_1_PI);
@@ -248,7 +248,7 @@ pub fn indirect<L: Lanes>(
     (velvet + below * leaving) * occlusion
 }
 
-/// What the GGX lobe reflects.
+/// Environment lookup of the GGX lobe.
 #[inline(always)]
 fn specular_query<L: Lanes>(
     l: L,

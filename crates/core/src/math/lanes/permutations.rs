@@ -1,4 +1,4 @@
-//! Where the bytes of a vector come from in the permutations of AVX-512.
+//! Byte indices of the permutations of AVX-512.
 
 use super::LANES;
 

@@ -217,9 +217,10 @@ fn bytes<S: Simd>(token: S, bytes: &[u8; 64]) -> u8x64<S> {
     u8x64::load_array_ref(token, bytes)
 }
 
-/// Whether the minimum of an instruction set is `a < b ? a : b` and its maximum `a > b ? a : b`, with the second operand
-/// for NaN and for zeros of both signs: MINPS and MAXPS of x86 are (Intel SDM, volume 2B). Others have a rule for NaN and
-/// order the zeros. The library leaves both to the instruction set; the test of the levels against the reference holds it.
+/// True if the minimum of an instruction set is `a < b ? a : b` and its maximum `a > b ? a : b`, with the second
+/// operand for NaN and for zeros of both signs: MINPS and MAXPS of x86 are (Intel SDM, volume 2B). Others have a rule
+/// for NaN and order the zeros. The library leaves both to the instruction set; the test of the levels against the
+/// reference holds it.
 #[inline(always)]
 fn has_ordered_min_max<S: Simd>(token: S) -> bool {
     cfg!(any(target_arch = "x86", target_arch = "x86_64")) && !token.level().is_fallback()

@@ -19,12 +19,12 @@ const SEGMENTS: u32 = 192;
 #[derive(Debug)]
 pub struct Engines {
     renderer: Renderer,
-    /// Of each light with a map, made once, so that it is filtered once.
+    /// Environment maps by light, made once, so that each is filtered once.
     maps: Vec<(Sky, EnvironmentSource)>,
 }
 
 impl Engines {
-    /// With that many threads; 0 stands for one per processor.
+    /// Engines on that many threads; 0 stands for one per processor.
     pub fn new(threads: usize) -> Result<Self, LabError> {
         let mut maps = Vec::new();
         for sky in Sky::MAPS {
@@ -67,7 +67,7 @@ impl Engines {
         built.set_environment(Environment { source, ..Environment::default() })?;
         let camera = Camera::look_at([0.0, 0.0, DISTANCE as f32], [0.0; 3], [0.0, 1.0, 0.0])?;
         let camera = camera.perspective((FOV_DEGREES as f32).to_radians())?;
-        // Nothing is in the way of the light of a ball.
+        // A ball alone has no occluders.
         let mut options = RenderOptions::draft(size as u32, size as u32).with_samples(4);
         options.shading = Some(model);
         let frame = self.renderer.render(&built, &camera, &options)?.frame;

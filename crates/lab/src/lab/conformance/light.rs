@@ -1,4 +1,4 @@
-//! What lights the balls: one lamp, or an environment that is smooth enough to be the same however a renderer filters it.
+//! Light on the balls: one lamp, or an environment that is smooth enough to be the same however a renderer filters it.
 
 use super::view::dot;
 use overcoat_core::math::double::sin_cos;
@@ -7,10 +7,10 @@ use std::f64::consts::{PI, TAU};
 /// Towards the lamp: it is to the right, above and before the ball.
 pub const LAMP: [f64; 3] = [2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0];
 
-/// What the lamp sends to a surface that faces it: white of a Lambert surface shows as 1.
+/// Irradiance of the lamp at normal incidence: a white Lambert surface shows it as 1.
 pub const IRRADIANCE: f64 = PI;
 
-/// The gradient's radiance in the middle, and how much of each axis is added: x to red, y to green, z to blue.
+/// The gradient's radiance in the middle, and the slope along each axis: x to red, y to green, z to blue.
 pub const GRADIENT: [f64; 2] = [0.5, 0.4];
 
 /// Towards the middle of the soft box: to the left, above and before the ball.

@@ -9,24 +9,24 @@ use crate::truth::{Interface, Stack, StackError};
 pub struct Scene {
     /// Name of its files.
     pub name: &'static str,
-    /// What it is for, a sentence.
+    /// Purpose of the scene, a sentence.
     pub about: &'static str,
     /// Layers of the ball.
     pub specimen: Specimen,
     /// Light around it.
     pub sky: Sky,
-    /// How many times the walks of the others: where few find the light, or each takes little time.
+    /// Factor on the number of walks, for scenes where few find the light, or each takes little time.
     pub effort: u32,
 }
 
 impl Scene {
-    /// Whether it has no coat, so that every correct renderer passes: it is about lights, maps, cameras and units.
+    /// True if it has no coat, so that every correct renderer passes: it is about lights, maps, cameras and units.
     pub fn is_plain(&self) -> bool {
         self.specimen.coat == 0.0
     }
 
-    /// Whether light between the facets of what is beneath the coat goes on. Of a plain scene it does not: that is GGX as it is in
-    /// every renderer, of which some have an estimate of the rest and others nothing.
+    /// True if the base beneath the coat has multiple scattering between its facets. A plain scene has not: its GGX is
+    /// that of every renderer, of which some estimate the light of further bounces and others lose it.
     pub fn has_all_bounces(&self) -> bool {
         !self.is_plain()
     }
@@ -42,7 +42,7 @@ impl Scene {
     }
 }
 
-/// A smooth coat of index 1.5 over a matt grey surface: what the others vary.
+/// A smooth coat of index 1.5 over a matt grey surface, which the others vary.
 const MATT: Specimen = Specimen {
     coat: 1.0,
     coat_roughness: 0.0,

@@ -1,4 +1,4 @@
-//! What is true of a scene's picture, with its variance.
+//! True picture of a scene by the referee, with its variance.
 
 use super::light::{IRRADIANCE, LAMP, Sky};
 use super::scenes::Scene;
@@ -10,7 +10,7 @@ use overcoat_core::jobs::Jobs;
 /// [`Truth::footprint`].
 const GRID: usize = 4;
 
-/// Pixels between what is scored and the edge of the ball: those that [`footprint`] looks at are all of the ball.
+/// Pixels between the scored area and the edge of the ball: those that [`footprint`] looks at are all of the ball.
 const MARGIN: usize = 2;
 
 /// Cosine to the lamp within which nothing is scored: balls of triangles end there in their shadow, sooner or later.
@@ -23,16 +23,15 @@ pub struct Truth {
     pub mean: Vec<[f64; 3]>,
     /// Variance of that mean.
     pub variance: Vec<[f64; 3]>,
-    /// By how much a picture of triangles that are shaded in the middle of each pixel may differ from it.
+    /// Tolerance for a picture of triangles that are shaded in the middle of each pixel.
     pub footprint: Vec<[f64; 3]>,
     /// Which pixels are scored.
     pub mask: Vec<bool>,
 }
 
 impl Truth {
-    /// Of so many pixels a side, by so many walks a pixel, times [`Scene::effort`], from a lamp a quarter of that. Another
-    /// seed is another, independent picture. `done` is told how
-    /// many of the rows are there.
+    /// Walks for a picture of `size` pixels a side: `samples` a pixel, times [`Scene::effort`], from a lamp a quarter
+    /// of that. Another seed is another, independent picture. `done` is called with the number of finished rows.
     ///
     /// # Errors
     /// [`StackError`] of the scene's numbers.
@@ -88,11 +87,11 @@ fn footprint(mean: &[[f64; 3]], mask: &[bool], size: usize) -> Vec<[f64; 3]> {
     pixels.map(|(k, scored)| if *scored { [0, 1, 2].map(|c| of(k, c)) } else { [0.0; 3] }).collect()
 }
 
-/// What a scene comes to for the referee: stacks, each with its share of the surface.
+/// Scene as the referee walks it: stacks, each with its share of the surface.
 struct Parts {
     stacks: Vec<(f64, Stack)>,
     sky: Sky,
-    /// Walks from each place of a pixel.
+    /// Walks from each point of a pixel.
     samples: u64,
 }
 

@@ -27,29 +27,28 @@ pub fn normalized(a: Vector) -> Vector {
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     size: usize,
-    /// Half of what is seen at distance 1.
+    /// Half the extent of the view at distance 1.
     half: f64,
 }
 
-/// What is seen at a place of the picture.
+/// Intersection of a ray of the camera with the ball.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
-    /// Where on the ball; as its radius is 1 also the normal.
+    /// Point on the ball; as its radius is 1 also the normal.
     pub normal: Vector,
-    /// To the camera, of length 1.
+    /// Unit vector to the camera.
     pub view: Vector,
     /// Distance along the axis of the camera.
     pub depth: f64,
 }
 
 impl View {
-    /// Planes of `size` by `size` pixels.
-    /// Planes of `size` by `size` pixels.
+    /// View of a square picture of `size` by `size` pixels.
     pub fn new(size: usize) -> Self {
         Self { size, half: tan((0.5 * FOV_DEGREES).to_radians()) }
     }
 
-    /// What is at a place, counted in pixels from the upper left corner.
+    /// Intersection at a point of the picture, counted in pixels from the upper left corner; `None` beside the ball.
     pub fn hit(&self, x: f64, y: f64) -> Option<Hit> {
         let side = self.size as f64;
         let along =
@@ -66,7 +65,7 @@ impl View {
         Some(Hit { normal: normalized(point), view, depth: -t * along[2] })
     }
 
-    /// Whether a pixel and so many around it show nothing but the ball: as that is convex, corners are enough.
+    /// True if a pixel and `margin` pixels around it show nothing but the ball: as that is convex, corners are enough.
     pub fn is_inside(&self, x: usize, y: usize, margin: f64) -> bool {
         let (x, y) = (x as f64, y as f64);
         let ends = [-margin, 1.0 + margin];
@@ -74,16 +73,17 @@ impl View {
     }
 }
 
-/// What of a surface other renderers can write beside its light, at the middles of pixels; 0 where the ball is not.
+/// Attributes of the surface that other renderers can write beside its light, at the middles of pixels; 0 beside the
+/// ball.
 #[derive(Clone, Debug)]
 pub struct Planes {
-    /// Of the world, of length 1.
+    /// World-space unit normal.
     pub normal: Vec<Vector>,
-    /// Of the world.
+    /// World-space position.
     pub position: Vec<Vector>,
-    /// Along the axis of the camera.
+    /// Depth along the axis of the camera.
     pub depth: Vec<f64>,
-    /// Share of the pixel's square that shows the ball, by 256 places.
+    /// Coverage: share of the pixel's square that shows the ball, by 256 samples.
     pub coverage: Vec<f64>,
 }
 

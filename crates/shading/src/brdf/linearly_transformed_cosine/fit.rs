@@ -110,7 +110,7 @@ fn inverse([along, across, skew, angle]: [f64; 4]) -> Inverse {
     [(side_x - skew * axis_x) * scale, (side_z - skew * axis_z) * scale, axis_x * across, axis_z * across]
 }
 
-/// How far a lobe is from the samples: the squared difference, integrated.
+/// Error of the fit: the squared difference between lobe and samples, integrated over the sphere by their density.
 fn error(samples: &[Sample], m: Inverse) -> f64 {
     let one = |s: &Sample| {
         let difference = s.value - density(m, s.direction);

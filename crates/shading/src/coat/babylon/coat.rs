@@ -15,7 +15,7 @@ const DEFAULT_IOR: f32 = 1.5;
 /// Least thickness and distance of the medium.
 const LEAST_DISTANCE: f32 = 1e-5;
 
-/// What the coat's medium lets through.
+/// Absorption of the coat's medium.
 #[derive(Clone, Copy)]
 pub struct TintSurface<L: Lanes> {
     /// Extinction per unit of length; infinite where the colour is 0.
@@ -24,7 +24,7 @@ pub struct TintSurface<L: Lanes> {
     pub thickness: L::F,
     /// |N.V| of the refracted view, + 1e-7.
     pub n_dot_v_refract: L::F,
-    /// What light that comes in and leaves at the angle of the view keeps.
+    /// Transmittance for light that enters and leaves at the angle of the view.
     pub absorption: V3<L>,
 }
 
@@ -47,11 +47,11 @@ pub struct CoatSurface<L: Lanes> {
     pub aa: AaRoughness<L>,
     /// Alpha of the reflection of the environment, above 0.
     pub alpha_g: L::F,
-    /// What was read for the coat; `None` without a table.
+    /// Environment BRDF of the coat (see [`super::Lookups`]); `None` without a table.
     pub brdf: Option<[L::F; 2]>,
     /// Factor on highlights: the base's F0 with the coat's albedo.
     pub energy_factor: V3<L>,
-    /// 1 - intensity * Fresnel reflectance for the view: what the coat leaves of the environment.
+    /// 1 - intensity * Fresnel reflectance for the view: the coat's transmittance for the environment.
     pub conservation_factor: L::F,
     /// The medium, if it absorbs.
     pub tint: Option<TintSurface<L>>,
@@ -80,8 +80,8 @@ fn refract<L: Lanes>(l: L, incident: V3<L>, normal: V3<L>, eta: L::F) -> V3<L> {
     Vec3::select(refracts, incident * eta - normal * along, Vec3::zero(l))
 }
 
-/// `computeClearCoatAbsorption`: what is left of light that crosses the medium at this cosine, above 0, and at that of the
-/// view.
+/// `computeClearCoatAbsorption`: transmittance for light that crosses the medium at this cosine, above 0, and at that
+/// of the view.
 #[inline(always)]
 pub(super) fn absorption<L: Lanes>(
     l: L,

@@ -27,7 +27,7 @@ pub(super) fn burley<L: Lanes>(l: L, n_dot_l: L::F, n_dot_v: L::F, v_dot_h: L::F
     (one + retro * burley_weight(l, n_dot_v)) * (one + retro * burley_weight(l, n_dot_l)) * FRAC_1_PI
 }
 
-/// 1 - `E_FON_approx` / rho: what Fujii's Oren-Nayar loses of light at this cosine on a white surface, at least
+/// 1 - `E_FON_approx` / rho: share of light at this cosine that Fujii's Oren-Nayar loses on a white surface, at least
 /// [`EPSILON`].
 #[inline(always)]
 fn eon_loss<L: Lanes>(_: L, cosine: L::F, sigma: L::F, scale: L::F) -> L::F {

@@ -44,15 +44,15 @@ pub struct CoatLobe<L: Lanes> {
     pub visibility: L::F,
     /// The light that the lobe reflects, before the energy factor.
     pub lobe: V3<L>,
-    /// 1 - the Fresnel term: what the lobe leaves to the base.
+    /// 1 - the Fresnel term: the transmittance for light of the base.
     pub attenuation: L::F,
     /// Cosine of the light inside the coat; 0 for a clear coat.
     pub n_dot_l_refract: L::F,
-    /// What the medium lets through.
+    /// Transmittance of the medium for this light.
     pub absorption: V3<L>,
 }
 
-/// One light: what each lobe reflects of it, and the steps on the way.
+/// One light: its reflection by lobe, and the intermediate terms.
 #[derive(Clone, Copy)]
 pub struct Direct<L: Lanes> {
     /// 1e-7 to 1.
@@ -220,7 +220,7 @@ fn coat_lobe<L: Lanes>(
     }
 }
 
-/// One light: what each lobe reflects of it.
+/// One light: its reflection by lobe.
 ///
 /// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `extent` its radius over its
 /// distance, 0 or more.

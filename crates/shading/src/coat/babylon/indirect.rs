@@ -10,13 +10,13 @@ use overcoat_core::math::log2;
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 
-/// How much of reflections a mapped normal keeps at the horizon: 1 + 1.1 cosine, squared.
+/// Slope of the horizon fade: reflections along a mapped normal keep (1 + 1.1 cosine)^2.
 const HORIZON_SLOPE: f32 = 1.1;
 
 /// Reflectance at grazing angles of the roughest surface without a table, over that of the smoothest.
 const LEAST_GRAZING: f32 = 0.25;
 
-/// Ambient occlusion, 0 hidden to 1: what diffuse light keeps, and the number that dims reflections.
+/// Ambient occlusion, 0 hidden to 1: as a colour for diffuse light, and as a number for reflections.
 #[derive(Clone, Copy)]
 pub struct AmbientOcclusion<L: Lanes> {
     /// Factor on the irradiance.
@@ -64,7 +64,7 @@ fn query<L: Lanes>(
     }
 }
 
-/// What base and coat ask of the prefiltered environment, and how many of the two do.
+/// Lookups of base and coat in the prefiltered environment, and the count of those in use: 2 with a coat, else 1.
 #[inline(always)]
 pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> ([EnvironmentQuery<L>; 2], usize) {
     let base = query(l, surface, mirror_normal(surface), surface.roughness, surface.alpha_g);
@@ -74,7 +74,7 @@ pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> ([Environmen
     }
 }
 
-/// The normal that the base mirrors the environment at.
+/// Normal about which the base mirrors the view.
 #[inline(always)]
 fn mirror_normal<L: Lanes>(surface: &Surface<L>) -> V3<L> {
     match &surface.anisotropy {
@@ -102,7 +102,7 @@ pub fn irradiance_direction<L: Lanes>(l: L, surface: &Surface<L>) -> V3<L> {
     }
 }
 
-/// What the surroundings send.
+/// Light of the environment at the fragments.
 #[derive(Clone, Copy)]
 pub struct Environment<L: Lanes> {
     /// Irradiance over pi for [`irradiance_direction`].
@@ -113,7 +113,7 @@ pub struct Environment<L: Lanes> {
     pub coat_radiance: V3<L>,
 }
 
-/// What each lobe reflects of the environment, and the steps on the way.
+/// Environment light by lobe, and the intermediate terms.
 #[derive(Clone, Copy)]
 pub struct Indirect<L: Lanes> {
     /// Radiance for the base, faded into the irradiance.
@@ -122,11 +122,11 @@ pub struct Indirect<L: Lanes> {
     pub base_reflectance: L::F,
     /// Share of the environment's radiance that the base reflects, coat and occlusion counted in.
     pub specular_reflectance: V3<L>,
-    /// What ambient occlusion leaves of reflections.
+    /// Specular occlusion of the base, 0 hidden to 1.
     pub radiance_occlusion: L::F,
-    /// What the horizon leaves of the base's reflection.
+    /// Horizon occlusion of the base's reflection, 0 hidden to 1.
     pub horizon_occlusion: L::F,
-    /// What the horizon leaves of the coat's reflection.
+    /// Horizon occlusion of the coat's reflection, 0 hidden to 1.
     pub coat_horizon_occlusion: L::F,
     /// Share of the environment's radiance that the coat reflects.
     pub coat_reflectance: L::F,
@@ -161,7 +161,7 @@ fn reflectance<L: Lanes>(l: L, surface: &Surface<L>, f0: L::F) -> L::F {
     }
 }
 
-/// What each lobe reflects of the environment.
+/// Environment light that each lobe reflects.
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(
     l: L,

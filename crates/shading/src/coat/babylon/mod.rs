@@ -5,16 +5,16 @@
 //! (`OpenPBRMaterial`) is a different model and not here.
 //!
 //! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the
-//! environment; the sum is the reflected radiance. What the material emits is added as it is: the coat does not dim it.
+//! environment; the sum is the reflected radiance. Emission is added as it is: the coat does not dim it.
 //!
 //! **Radiometry.** The result is radiance for lights in irradiance at normal incidence: the Lambert term is
 //! `color / pi`. The environment is radiance; its irradiance is given over pi (what a white Lambert surface would show).
 //!
-//! **Physics.** GGX over a diffuse lobe ([`DiffuseModel`]: EON by default, which is Lambert without diffuse roughness),
-//! the highlight scaled for light that scatters between microfacets. On top a dielectric of any index with a medium that
-//! absorbs ([`Tint`], Beer-Lambert along the refracted paths). The coat dims what lies beneath by its Fresnel reflectance,
-//! once: for lights at the half vector, for the environment at the view. F0 of the base under the coat is that of the
-//! new interface if [`Coat::remaps_f0`].
+//! **Physics.** GGX over a diffuse lobe ([`DiffuseModel`]: EON by default, which is Lambert without diffuse
+//! roughness), the highlight scaled for light that scatters between microfacets. On top a dielectric of any index with
+//! a medium that absorbs ([`Tint`], Beer-Lambert along the refracted paths). The coat dims the layers beneath by its
+//! Fresnel reflectance, once: for lights at the half vector, for the environment at the view. F0 of the base under the
+//! coat is that of the new interface if [`Coat::remaps_f0`].
 //!
 //! **Quirks** of the original, all kept:
 //! * Diffuse light is dimmed by the constant 1 - F0 only, not by what the highlight takes ([`Options::legacy_energy`], the
@@ -63,7 +63,7 @@ use overcoat_core::math::pow;
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 
-/// Irradiance is what a light's colour means.
+/// Colour that the model expects of a light per unit of irradiance at normal incidence: the irradiance itself.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
 
 /// `light.radius` by default, in units of length.
@@ -75,7 +75,7 @@ const EPSILON: f32 = 1e-7;
 /// `MINIMUMVARIANCE`: added to every alpha.
 const MINIMUM_VARIANCE: f32 = 0.0005;
 
-/// Least albedo that energy factors divide by; what is read for real roughness is above 0.3.
+/// Least albedo that energy factors divide by; the table is above 0.3 for real roughness.
 const LEAST_ALBEDO: f32 = 1e-3;
 
 /// The diffuse lobe of the base.
@@ -106,7 +106,7 @@ pub struct Options {
     pub diffuse: DiffuseModel,
     /// `ANISOTROPIC_LEGACY`: roughness along both axes as in files of releases before 6.4.
     pub legacy_anisotropy: bool,
-    /// Whether the extent of a light adds to the roughness: every falloff but "standard".
+    /// True if the extent of a light adds to the roughness: every falloff but "standard".
     pub soft_lights: bool,
     /// `MIX_IBL_RADIANCE_WITH_IRRADIANCE`: rough reflections fade into the irradiance.
     pub mixes_irradiance: bool,
@@ -114,7 +114,7 @@ pub struct Options {
     pub irradiance_in_vertex: bool,
     /// `LINEARSPECULARREFLECTION`: the environment's levels are linear in the perceptual roughness.
     pub linear_specular: bool,
-    /// `RADIANCEOCCLUSION`: ambient occlusion takes its share of reflections.
+    /// `RADIANCEOCCLUSION`: ambient occlusion dims reflections too.
     pub radiance_occlusion: bool,
     /// `HORIZONOCCLUSION`: reflections that a normal map sends below the geometric horizon are dimmed.
     pub horizon_occlusion: bool,
@@ -139,10 +139,10 @@ impl Default for Options {
     }
 }
 
-/// What the coat's medium does to light (`clearCoat.isTintEnabled`).
+/// Absorption by the coat's medium (`clearCoat.isTintEnabled`).
 #[derive(Clone, Copy)]
 pub struct Tint<L: Lanes> {
-    /// `tintColor`, linear, 0 to 1: what is left after `at_distance`.
+    /// `tintColor`, linear, 0 to 1: transmittance after `at_distance`.
     pub color: V3<L>,
     /// `tintColorAtDistance`, above 0; 1 by default. Held at 1e-5 or more.
     pub at_distance: L::F,
@@ -206,7 +206,7 @@ pub struct SurfaceData<L: Lanes> {
     pub normal_slope: Option<L::F>,
     /// Unit normal of the geometry, without a normal map.
     pub geometric_normal: V3<L>,
-    /// Whether the base has a normal map (`BUMP`): only then horizons occlude.
+    /// True if the base has a normal map (`BUMP`), without which there is no horizon occlusion.
     pub normal_mapped: bool,
     /// Clear coat.
     pub coat: Option<Coat<L>>,
@@ -214,7 +214,7 @@ pub struct SurfaceData<L: Lanes> {
     pub anisotropy: Option<Anisotropy<L>>,
 }
 
-/// What the table of albedos holds for sixteen fragments: GGX weighted with (1 - V.H)^5, and without weight.
+/// Texels of the albedo table for sixteen fragments: GGX weighted with (1 - V.H)^5, and without weight.
 #[derive(Clone, Copy)]
 pub struct Lookups<L: Lanes> {
     /// For N.V and roughness of the base.
@@ -254,7 +254,7 @@ pub struct Surface<L: Lanes> {
     pub normal: V3<L>,
     /// Unit normal of the geometry.
     pub geometric_normal: V3<L>,
-    /// Whether the base has a normal map.
+    /// True if the base has a normal map.
     pub normal_mapped: bool,
     /// Unit vector to the eye.
     pub view: V3<L>,
@@ -274,13 +274,13 @@ pub struct Surface<L: Lanes> {
     pub reflectance_f0: L::F,
     /// Perceptual, 0 to 1.
     pub roughness: L::F,
-    /// Of the diffuse lobe, 0 to 1.
+    /// Roughness of the diffuse lobe, 0 to 1.
     pub diffuse_roughness: L::F,
     /// For the variation of the normal within a pixel.
     pub aa: AaRoughness<L>,
     /// Alpha of the reflection of the environment, above 0; above 1 for the roughest.
     pub alpha_g: L::F,
-    /// What was read for the base; `None` without a table.
+    /// Environment BRDF of the base (see [`Lookups`]); `None` without a table.
     pub brdf: Option<[L::F; 2]>,
     /// Factor on highlights for light that scatters between microfacets.
     pub energy_factor: V3<L>,
@@ -322,7 +322,7 @@ fn energy_factor<L: Lanes>(_: L, f0: L::F, albedo: L::F) -> L::F {
     f0 * (albedo.at_least(LEAST_ALBEDO).recip() - 1.0) + 1.0
 }
 
-/// What the table of [`surface`] holds for a layer.
+/// Albedos of GGX for a layer, weighted with (1 - V.H)^5 and without weight.
 #[inline(always)]
 fn fetch<L: Lanes>(l: L, table: &Table<3>, normal: V3<L>, view: V3<L>, roughness: L::F) -> [L::F; 2] {
     table.fetch_first(l, abs_eps(l, normal.dot(view)).sqrt(), roughness)
@@ -358,7 +358,7 @@ pub fn surface<L: Lanes>(
     surface_with_lookups(l, options, data, normal, view, lookups.as_ref())
 }
 
-/// [`surface`] with what was fetched of the table.
+/// [`surface`] with the texels of the table.
 #[inline(always)]
 pub fn surface_with_lookups<L: Lanes>(
     l: L,

@@ -160,7 +160,7 @@ pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<
 }
 
 impl<L: Lanes> Surface<L> {
-    /// What the cloth lobe reflects.
+    /// Environment lookup of the cloth lobe.
     #[inline(always)]
     pub fn query(&self, l: L) -> EnvironmentQuery<L> {
         let mirrored = (-self.view).reflect(self.normal);

@@ -14,7 +14,7 @@
 //!
 //! **Tables.** Both models read the pre-integrated reflectance "DFG" at (N.V, perceptual roughness): x is the integral
 //! of V N.L V.H / N.H weighted by (1 - V.H)^5, y the same without weight (so that F0 blends from x to y, the
-//! multiple-scattering form), z the albedo of the cloth lobe. Core functions take what was read, `surface_with_table`
+//! multiple-scattering form), z the albedo of the cloth lobe. Core functions take the texels, `surface_with_table`
 //! reads it.
 //!
 //! **Left out**: thin film, refraction, subsurface model, specular colour and factor, specular antialiasing, screen-space
@@ -96,7 +96,7 @@ impl Quality {
     }
 }
 
-/// Least N.V (`MIN_N_DOT_V`); also what a surface seen from behind counts as.
+/// Least N.V (`MIN_N_DOT_V`); also that of a surface seen from behind.
 const LEAST_N_DOT_V: f32 = 1e-4;
 
 /// Least square of the anisotropic GGX's denominator; an orthonormal frame stays above 1.6e-11. Reached only where the

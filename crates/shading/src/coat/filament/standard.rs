@@ -37,7 +37,7 @@ use std::f32::consts::FRAC_1_PI;
 /// F0 of the coat.
 const COAT_F0: f32 = 0.04;
 
-/// Least y of the DFG table; what is read for real roughness is above 0.27.
+/// Least y of the DFG table; the table is above 0.27 for real roughness.
 const LEAST_DFG: f32 = 1e-3;
 
 /// The clear coat of a material.
@@ -52,7 +52,7 @@ pub struct Coat<L: Lanes> {
     pub normal: Option<V3<L>>,
     /// `clearCoatIorChange`: F0 of the base becomes that of its interface with the coat. On by default.
     pub ior_change: bool,
-    /// Whether the base is at least as rough as the coat, as it is where a material writes `clearCoatRoughness`.
+    /// True if the base is at least as rough as the coat, as it is where a material writes `clearCoatRoughness`.
     pub roughens_base: bool,
 }
 
@@ -129,7 +129,7 @@ pub struct SheenParameters<L: Lanes> {
     pub roughness: L::F,
 }
 
-/// What Filament calls `PixelParams`, as far as it does not depend on the DFG table.
+/// Filament's `PixelParams`, as far as it does not depend on the DFG table.
 #[derive(Clone, Copy)]
 pub struct Parameters<L: Lanes> {
     quality: Quality,
@@ -139,7 +139,7 @@ pub struct Parameters<L: Lanes> {
     pub diffuse_color: V3<L>,
     /// F0, under the coat if there is one.
     pub f0: V3<L>,
-    /// Of the base, under the coat if there is one; after clamping.
+    /// Perceptual roughness of the base, under the coat if there is one; after clamping.
     pub perceptual_roughness: L::F,
     /// Its square, alpha.
     pub roughness: L::F,
@@ -154,7 +154,7 @@ pub struct Parameters<L: Lanes> {
 }
 
 impl<L: Lanes> Parameters<L> {
-    /// Where the DFG table is to be read for the base: N.V and perceptual roughness.
+    /// Coordinates of the base in the DFG table: N.V and perceptual roughness.
     #[inline(always)]
     pub fn dfg_coordinates(&self) -> [L::F; 2] {
         [self.n_dot_v, self.perceptual_roughness]
@@ -250,11 +250,11 @@ pub struct Surface<L: Lanes> {
     sheen_dfg: L::F,
     /// Scale of the base's specular lobe for light that scatters more than once between microfacets.
     pub energy_compensation: V3<L>,
-    /// What the cloth leaves to the base; 1 without cloth.
+    /// Transmittance of the cloth for light of the base; 1 without cloth.
     pub sheen_scaling: L::F,
 }
 
-/// Adds what was read from the DFG table: `dfg` at [`Parameters::dfg_coordinates`], `sheen_dfg` the z at N.V and the
+/// Adds the texels of the DFG table: `dfg` at [`Parameters::dfg_coordinates`], `sheen_dfg` the z at N.V and the
 /// roughness of the cloth (of no effect without).
 #[inline(always)]
 pub fn surface<L: Lanes>(l: L, parameters: &Parameters<L>, dfg: V3<L>, sheen_dfg: L::F) -> Surface<L> {
@@ -443,8 +443,8 @@ impl<L: Lanes> Surface<L> {
         (-self.parameters.view).reflect(normal)
     }
 
-    /// What the base reflects: `getReflectedVector`, for an anisotropic lobe at a normal bent towards the plane of view
-    /// and grooves, then towards the normal for rough surfaces.
+    /// Environment lookup of the base: `getReflectedVector`, for an anisotropic lobe at a normal bent towards the
+    /// plane of view and grooves, then towards the normal for rough surfaces.
     #[inline(always)]
     pub fn base_query(&self, l: L) -> EnvironmentQuery<L> {
         let it = &self.parameters;
@@ -465,7 +465,7 @@ impl<L: Lanes> Surface<L> {
         }
     }
 
-    /// What the cloth reflects, if there is any.
+    /// Environment lookup of the cloth, if there is any.
     #[inline(always)]
     pub fn sheen_query(&self) -> Option<EnvironmentQuery<L>> {
         match &self.parameters.sheen {
@@ -477,7 +477,7 @@ impl<L: Lanes> Surface<L> {
         }
     }
 
-    /// What the coat reflects, if there is one.
+    /// Environment lookup of the coat, if there is one.
     #[inline(always)]
     pub fn coat_query(&self) -> Option<EnvironmentQuery<L>> {
         match &self.parameters.coat {

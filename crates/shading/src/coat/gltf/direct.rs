@@ -129,18 +129,18 @@ fn sheen_lobe<L: Lanes>(l: L, sheen: &SheenSurface<L>, n_dot_l: L::F, n_dot_h: L
     distribution_charlie(l, n_dot_h, roughness * roughness, 0.0) * sheen.visibility.at(l, n_dot_l)
 }
 
-/// What one light sends, and the Fresnel reflectances of the half vector beside it.
+/// Direct light by lobe, and the Fresnel reflectances at the half vector.
 #[derive(Clone, Copy)]
 pub struct Direct<L: Lanes> {
     /// The lobes.
     pub terms: Terms<L>,
-    /// Of the dielectric.
+    /// Fresnel reflectance of the dielectric.
     pub dielectric_fresnel: V3<L>,
-    /// Of the metal.
+    /// Fresnel reflectance of the metal.
     pub metal_fresnel: V3<L>,
 }
 
-/// One light: what each lobe reflects of it.
+/// One light: its reflection by lobe.
 ///
 /// `direction` is the unit vector to the light, `light_color` its irradiance at normal incidence; `sheen_albedo` the
 /// sheen's directional albedo for (N.L, sheen roughness), of no effect without sheen.

@@ -9,14 +9,14 @@ use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 use std::f32::consts::FRAC_1_PI;
 
-/// What base, coat and sheen ask of the prefiltered environment.
+/// Lookups of base, coat and sheen in the prefiltered environment.
 #[derive(Clone, Copy)]
 pub struct EnvironmentQueries<L: Lanes> {
-    /// The first of them ask, base, coat and sheen in this order without gaps.
+    /// The first `count` are in use: base, coat and sheen in this order without gaps.
     pub queries: [EnvironmentQuery<L>; 3],
-    /// How many ask.
+    /// Number of lookups in use, 1 to 3.
     pub count: usize,
-    /// Place of the sheen's query, if it asks.
+    /// Index of the sheen's lookup, if there is one.
     pub sheen: usize,
 }
 
@@ -26,7 +26,7 @@ fn query<L: Lanes>(_: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> Environ
     EnvironmentQuery { direction: (-view).reflect(normal), perceptual_roughness: roughness }
 }
 
-/// What sheen asks.
+/// Environment lookup of the sheen.
 #[inline(always)]
 pub(super) fn sheen_query<L: Lanes>(
     l: L,
@@ -36,7 +36,7 @@ pub(super) fn sheen_query<L: Lanes>(
     query(l, surface.view, surface.normal, sheen.roughness)
 }
 
-/// What base, coat and sheen ask.
+/// Environment lookups of base, coat and sheen.
 #[inline(always)]
 pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> EnvironmentQueries<L> {
     let mut normal = surface.normal;
@@ -61,7 +61,7 @@ pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> EnvironmentQ
     all
 }
 
-/// What the surroundings send.
+/// Light of the environment at the fragments.
 #[derive(Clone, Copy)]
 pub struct Environment<L: Lanes> {
     /// Irradiance at the base normal.
@@ -74,8 +74,9 @@ pub struct Environment<L: Lanes> {
     pub sheen_radiance: V3<L>,
 }
 
-/// `getIBLGGXFresnel`: reflectance for prefiltered radiance (`ggx`: scale and bias of [`super::Tables::brdf`]), with what bounces more than once between the microfacets.
-/// Fdez-Aguera, "A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting" (JCGT 2019).
+/// `getIBLGGXFresnel`: reflectance for prefiltered radiance (`ggx`: scale and bias of [`super::Tables::brdf`]), with
+/// the light of further bounces between the microfacets. Fdez-Aguera, "A Multiple-Scattering Microfacet Model for
+/// Real-Time Image-based Lighting" (JCGT 2019).
 #[inline(always)]
 pub fn ibl_ggx_fresnel<L: Lanes>(
     l: L,
@@ -97,18 +98,18 @@ pub fn ibl_ggx_fresnel<L: Lanes>(
     single + single * missing * mean / divisor
 }
 
-/// What each lobe reflects of the environment, and the Fresnel reflectances beside it.
+/// Environment light by lobe, and the Fresnel reflectances.
 #[derive(Clone, Copy)]
 pub struct Indirect<L: Lanes> {
     /// The lobes.
     pub terms: Terms<L>,
-    /// Of the dielectric.
+    /// Fresnel reflectance of the dielectric.
     pub dielectric_fresnel: V3<L>,
-    /// Of the metal.
+    /// Fresnel reflectance of the metal.
     pub metal_fresnel: V3<L>,
 }
 
-/// What each lobe reflects of the environment.
+/// Environment light that each lobe reflects.
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, environment: &Environment<L>) -> Indirect<L> {
     let one = l.splat(1.0);

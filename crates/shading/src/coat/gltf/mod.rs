@@ -48,10 +48,10 @@ use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::V3;
 
-/// Irradiance is what a light's colour means.
+/// Colour that the model expects of a light per unit of irradiance at normal incidence: the irradiance itself.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
 
-/// Where the coat's F0 comes from.
+/// Source of the coat's F0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CoatF0 {
     /// The base's index of refraction: the Sample Renderer. Differs from [`CoatF0::Fixed`] where KHR_materials_ior is
@@ -110,7 +110,7 @@ pub struct Tables<'a> {
     pub sheen_albedo: &'a Table<1>,
 }
 
-/// What the tables hold for sixteen fragments.
+/// Texels of the tables for sixteen fragments.
 #[derive(Clone, Copy)]
 pub struct Lookups<L: Lanes> {
     /// Scale and bias of GGX for (N.V, roughness).
@@ -130,7 +130,7 @@ pub struct CoatSurface<L: Lanes> {
     pub normal: V3<L>,
     /// N.V, saturated.
     pub n_dot_v: L::F,
-    /// Factor times Fresnel reflectance for the view: how much of the coat is seen in place of what is beneath.
+    /// Factor times Fresnel reflectance for the view: share of the coat in the blend with the layers beneath.
     pub weight: L::F,
 }
 
@@ -143,7 +143,7 @@ pub struct SheenSurface<L: Lanes> {
     pub largest: L::F,
     /// Perceptual, 0 to 1.
     pub roughness: L::F,
-    /// What the sheen leaves of light from beneath, for the view.
+    /// Transmittance of the sheen for the view: 1 - its directional albedo, scaled by its colour.
     pub scaling: L::F,
     /// Albedo of the lobe under the environment.
     pub charlie: L::F,
@@ -207,7 +207,7 @@ pub struct Surface<L: Lanes> {
 }
 
 impl<L: Lanes> Surface<L> {
-    /// What reaches the eye of light from beneath the coat, such as the material's emission.
+    /// Transmittance of the coat towards the eye, for light from beneath such as the material's emission.
     #[inline(always)]
     pub fn coat_transmittance(&self, l: L) -> L::F {
         match &self.coat {
@@ -230,13 +230,13 @@ pub struct Terms<L: Lanes> {
     pub dielectric: V3<L>,
     /// The sheen.
     pub sheen: V3<L>,
-    /// What the sheen leaves of the light from beneath.
+    /// Transmittance of the sheen for light from beneath.
     pub sheen_scaling: L::F,
     /// The coat, without Fresnel term and factor.
     pub coat: V3<L>,
 }
 
-/// What the eye sees of the terms beneath the coat.
+/// Reflected light of base and sheen, beneath the coat.
 #[inline(always)]
 pub fn beneath_coat<L: Lanes>(l: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
     let base = mix(l, terms.dielectric, terms.metal, surface.metallic);
@@ -246,7 +246,7 @@ pub fn beneath_coat<L: Lanes>(l: L, surface: &Surface<L>, terms: &Terms<L>) -> V
     }
 }
 
-/// The layers together: what the eye sees of the terms.
+/// Reflected light of all layers.
 #[inline(always)]
 pub fn color<L: Lanes>(l: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
     let base = beneath_coat(l, surface, terms);
@@ -316,7 +316,7 @@ fn film_surface<L: Lanes>(l: L, film: &Iridescence<L>, n_dot_v: L::F, bases: [V3
     FilmSurface { factor, dielectric, metallic }
 }
 
-/// [`surface`] with what was fetched of the tables.
+/// [`surface`] with the texels of the tables.
 #[inline(always)]
 pub fn surface_with_lookups<L: Lanes>(
     l: L,

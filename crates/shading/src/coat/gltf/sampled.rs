@@ -2,11 +2,11 @@
 //!
 //! One prefiltered lookup stands for a lobe that is round, not cut off by the horizon, and seen from above (the split
 //! sum of Karis 2013). Real GGX lobes lean and stretch at grazing angles, which is what most of the difference between
-//! real-time pictures and the integral of the same BRDF consists of. Here the lobe is sampled at fixed places by
-//! its visible normals (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023); each sample
-//! looks the environment up in the roughness whose lobe has its share of the solid angle (filtered importance sampling,
-//! Krivanek and Colbert 2008) and has its own Fresnel weight. The Lambert lobe is dimmed by the mean of 1 - F over its own
-//! directions, as in the appendix of glTF.
+//! real-time pictures and the integral of the same BRDF consists of. Here the lobe is sampled at fixed points by its
+//! visible normals (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023); each sample looks
+//! the environment up in the roughness whose lobe has its share of the solid angle (filtered importance sampling,
+//! Krivanek and Colbert 2008) and has its own Fresnel weight. The Lambert lobe is dimmed by the mean of 1 - F over its
+//! own directions, as in the appendix of glTF.
 //!
 //! The appendix has one bounce on the microfacets; a white metal of roughness 1, seen from the front, would show 0.31 of
 //! white light, where path tracers and real metals keep all. So the base's lobe is scaled for all bounces (Turquin 2019): by 1 / (1 - F (1 - E)), with
@@ -176,7 +176,7 @@ fn lobe_of<L: Lanes>(l: L, surface: &Surface<L>, layer: usize) -> Option<Lobe<L>
     }
 }
 
-/// What becomes of light that meets more than one microfacet.
+/// Treatment of light that meets more than one microfacet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scattering {
     /// It is lost, as in the appendix of glTF.
@@ -199,7 +199,7 @@ pub fn indirect_sampled<L: Lanes>(
 ) -> V3<L> {
     let one = l.splat(1.0);
     let zero = Vec3::zero(l);
-    // What base and coat reflect, without Fresnel weight and with Schlick's.
+    // Reflection of base and coat, without Fresnel weight and with Schlick's.
     let mut reflected = [[zero; 2]; 2];
     let mut base_albedo = l.zero();
     for layer in 0..2 {

@@ -36,8 +36,7 @@ fn mean<L: Lanes>(_: L, v: V3<L>) -> L::F {
 pub struct Call<L: Lanes> {
     /// Cosine with which light enters: of the view, or L.H.
     pub cosine: L::F,
-    /// Where the coat has a normal of its own, for the view: the path about the geometric normal and the base's
-    /// normal.
+    /// Path about the geometric normal, and the base's normal: for the view, where the coat has a normal of its own.
     pub path: Option<(GeometricPath<L>, V3<L>)>,
     /// The cosine that lanes without a coat take for their film.
     pub uncoated_cosine: L::F,
@@ -58,7 +57,7 @@ pub struct LayeredLobe<L: Lanes> {
     pub roughness: [L::F; 2],
 }
 
-/// The stack as one surface: what the rest of the model needs of it.
+/// The stack as one surface, for the rest of the model.
 #[derive(Clone, Copy)]
 pub struct Layers<L: Lanes> {
     /// Reflectance of the coat (`vLayerEnergyCoeff[TOP]`).
@@ -98,7 +97,7 @@ pub struct Adding<L: Lanes> {
     mean_rr: L::F,
     /// Light that has left the base for good.
     transmitted_out: V3<L>,
-    /// What comes of it.
+    /// Resulting layers.
     pub layers: Layers<L>,
 }
 

@@ -45,12 +45,12 @@ pub struct CoatData<L: Lanes> {
     pub uncoated: L::M,
 }
 
-/// What StackLit calls `BSDFData`.
+/// StackLit's `BSDFData`.
 #[derive(Clone, Copy)]
 pub struct BsdfData<L: Lanes> {
     /// Colour of the Lambert part.
     pub diffuse_color: V3<L>,
-    /// Of it, what is applied before a blur.
+    /// Part of the diffuse colour that is applied before a subsurface blur.
     pub modified_diffuse_color: V3<L>,
     /// F0 of the base, after haze and as seen from the coat.
     pub fresnel0: V3<L>,

@@ -13,8 +13,8 @@ use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// Where D V ends. No highlight comes near it: it is reached where the guards of the quotient take over (light behind the
-/// surface, or exactly opposite to the view), and keeps the products with colours finite.
+/// Upper limit of D V. No highlight comes near it: it is reached where the guards of the quotient take over (light
+/// behind the surface, or exactly opposite to the view), and keeps the products with colours finite.
 const GREATEST_DV: f32 = 1e30;
 
 /// A light as it reaches the fragments.
@@ -48,7 +48,7 @@ pub struct Lighting<L: Lanes> {
     pub specular: V3<L>,
 }
 
-/// What StackLit calls `CBSDF`: reflected and transmitted shares per unit of irradiance, cosines included.
+/// StackLit's `CBSDF`: reflected and transmitted shares per unit of irradiance, cosines included.
 #[derive(Clone, Copy)]
 pub struct Cbsdf<L: Lanes> {
     /// Diffuse reflection per unit of diffuse colour.
@@ -246,7 +246,7 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
     }
 }
 
-/// One light: what of it leaves towards the viewer. Zero in lanes that it cannot reach.
+/// One light: its reflection towards the viewer. Zero in lanes that it cannot reach.
 #[inline(always)]
 pub fn direct<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Lighting<L> {
     let zero = l.zero();

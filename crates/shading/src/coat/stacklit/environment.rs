@@ -8,7 +8,7 @@ use crate::coat::EnvironmentQuery;
 use overcoat_core::math::lanes::{Float, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// What is asked for a lobe: coat (0), A (1), B (2).
+/// Environment lookup of a lobe: coat (0), A (1), B (2).
 #[inline(always)]
 fn query<L: Lanes>(l: L, pre: &PreLight<L>, lobe: usize) -> EnvironmentQuery<L> {
     let own_normal = match &pre.bsdf.coat {

@@ -11,7 +11,7 @@ use overcoat_core::math::vec3::{V3, Vec3};
 /// Below this the base reflects nothing that could be hazy (`FLT_EPS` of Unity's shaders, 2^-24).
 const EPSILON: f32 = 5.960_464_5e-8;
 
-/// What artists set.
+/// Haze as artists set it.
 #[derive(Clone, Copy)]
 pub struct Haze<L: Lanes> {
     /// Strength of the halo, 0 to 1.

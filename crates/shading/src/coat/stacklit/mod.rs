@@ -22,23 +22,23 @@
 //!
 //! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light, [`environment()`] for
 //! reflections, [`baked_diffuse`] for diffuse light, and [`compose`]; the sum of its two parts is the reflected
-//! radiance. With [`Options::subsurface_scattering`] the diffuse part is what a blur would take. The pre-integrated
-//! table ([`crate::brdf::fgd`]) is a parameter; the second channel of its texels must be above 0.
+//! radiance. With [`Options::subsurface_scattering`] the diffuse part is the input of a blur. The pre-integrated table
+//! ([`crate::brdf::fgd`]) is a parameter; the second channel of its texels must be above 0.
 //!
 //! **Radiometry.** HDRP divides by pi: a light's colour is the irradiance E that it delivers at normal incidence. Baked
 //! light is the irradiance of the environment divided by pi. The environment itself is radiance.
 //!
-//! **Physics.** GGX lobes over Lambert under a rough, refracting and absorbing dielectric, with light that goes back and
-//! forth between the two. Lobes stay GGX: the layers change their energy and roughness, by means over the colour, not
-//! their shape or direction (unless [`Options::refracted_angles_for_base`]). The energies are those of the view, for
-//! lights as well (unless [`Options::recompute_per_light`]), so only the bare base without energy compensation is
-//! reciprocal. Without a coat, the Lambert part is not dimmed by what the lobes reflect. The coat's lobe takes Fresnel's
-//! reflectance at the view for an F0, which grows once more towards grazing angles. Measured in
+//! **Physics.** GGX lobes over Lambert under a rough, refracting and absorbing dielectric, with light that goes back
+//! and forth between the two. Lobes stay GGX: the layers change their energy and roughness, by means over the colour,
+//! not their shape or direction (unless [`Options::refracted_angles_for_base`]). The energies are those of the view,
+//! for lights as well (unless [`Options::recompute_per_light`]), so only the bare base without energy compensation is
+//! reciprocal. Without a coat, the Lambert part is not dimmed by the reflection of the lobes. The coat's lobe takes
+//! Fresnel's reflectance at the view for an F0, which grows once more towards grazing angles. Measured in
 //! `tests/models/stacklit.rs` under a white sky: a bare white metal returns 1; a bare white dielectric at most 1.86
-//! (N.V = 1/32) and 1.09 in the mean over all views; a white base under a coat of index 1.5 at most 1.25 and
-//! 1.03 in the mean. More extinction or thickness never brightens.
+//! (N.V = 1/32) and 1.09 in the mean over all views; a white base under a coat of index 1.5 at most 1.25 and 1.03 in
+//! the mean. More extinction or thickness never brightens.
 //!
-//! **Quirks that are kept.** Energy compensation knows the base's F0 under the coat, not what the coat lets through.
+//! **Quirks that are kept.** Energy compensation knows the base's F0 under the coat, not the coat's transmittance.
 //! Without a normal of its own the coat's reflection is bent at the base's refracted cosine. The cones of specular
 //! occlusion square the roughness twice. A film of mask 0 has a black tint for occlusion without a coat. Unoccluded
 //! white shows 1.0001 through the fit of multiple bounces. Lights that raise roughness leave the view's masking term.

@@ -10,7 +10,7 @@ use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// What a lobe is occluded with.
+/// Inputs of a lobe's specular occlusion.
 #[derive(Clone, Copy)]
 pub(super) struct OccludedLobe<L: Lanes> {
     /// Unit normal of the lobe.
@@ -19,7 +19,7 @@ pub(super) struct OccludedLobe<L: Lanes> {
     pub n_dot_v: L::F,
     /// Perceptual roughness of the lobe.
     pub perceptual_roughness: L::F,
-    /// Reflectance by which light bounces on between the folds.
+    /// Reflectance for the interreflections of multi-bounce occlusion.
     pub tint: V3<L>,
 }
 

@@ -1,4 +1,4 @@
-//! What StackLit's shader compiles in or out, as values.
+//! Compile-time switches of StackLit's shader, as values.
 
 use crate::brdf::occlusion::VisibilityCone;
 
@@ -24,7 +24,7 @@ pub enum TopNormalFix {
     None,
 }
 
-/// How screen-space ambient occlusion dims reflections.
+/// Dimming of reflections by screen-space ambient occlusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ScreenSpaceOcclusion {
     /// Not at all.
@@ -35,7 +35,7 @@ pub enum ScreenSpaceOcclusion {
     ConeCone(VisibilityCone),
 }
 
-/// How the material's own ambient occlusion dims reflections.
+/// Dimming of reflections by the material's own ambient occlusion.
 ///
 /// The fourth method of the original, pivoted spherical distributions (`SPTD`), is not here: it reads a table of
 /// 64x64 fitted pivots that is not part of any public text.
@@ -47,11 +47,11 @@ pub enum DataOcclusion {
     FromAmbientOcclusion,
     /// Intersection of the cone of visible directions about the bent normal with a cone about the lobe.
     ConeCone {
-        /// How occlusion was weighted when it was baked.
+        /// Weighting of the occlusion when it was baked.
         cone: VisibilityCone,
-        /// Turns the bent normal of strongly occluded places towards the geometric normal
-        /// (`BENT_VISIBILITY_FIXUP_FLAGS_TILT_BENTNORMAL_TO_GEOM`). The original's other fix-up, a rougher lobe up
-        /// to a greatest added roughness, changes a number that is not read again; it has no effect there and no
+        /// Turns the bent normal of strongly occluded points towards the geometric normal
+        /// (`BENT_VISIBILITY_FIXUP_FLAGS_TILT_BENTNORMAL_TO_GEOM`). The original's other fix-up, a rougher lobe up to
+        /// a greatest added roughness, changes a number that is not read again; it has no effect there and no
         /// counterpart here.
         tilt_bent_normal: bool,
     },
@@ -68,7 +68,7 @@ pub struct SpecularOcclusion {
     pub data: DataOcclusion,
 }
 
-/// Switches of the shader. [`Options::default`] is what a material has unless its author changes it.
+/// Switches of the shader. [`Options::default`] holds the defaults of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Which text.
@@ -94,7 +94,7 @@ pub struct Options {
     /// The image will be blurred by the profile: albedo is taken out (or its root is) as the profile demands. Off,
     /// the diffuse colour stays whole.
     pub subsurface_scattering: bool,
-    /// While a probe is captured: how much of the metals' lost diffuse light is replaced by their F0
+    /// While a probe is captured: share of the metals' lost diffuse light that is replaced by their F0
     /// (`_ReplaceDiffuseForIndirect`), 0 to 1.
     pub replace_diffuse_for_indirect: f32,
     /// Lanes with a coat mask of exactly 0 are those of a material without coat, bit for bit. Off, as in the

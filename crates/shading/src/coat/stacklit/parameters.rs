@@ -1,11 +1,11 @@
-//! What a material and its place state: StackLit's surface data, for sixteen fragments.
+//! StackLit's surface data: material, frame and occlusion, for sixteen fragments.
 //!
-//! Features of a material are `Option`s, one for all lanes: what is `None` costs nothing.
+//! Features of a material are `Option`s, one for all lanes: one that is `None` costs nothing.
 
 use overcoat_core::math::lanes::{Float, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// How F0 is stated.
+/// Workflow in which a material states its F0.
 #[derive(Clone, Copy)]
 pub enum Reflectance<L: Lanes> {
     /// From the base colour of metals and the F0 of the dielectric part: of its index of refraction (1.5 by default),
@@ -33,9 +33,9 @@ pub struct SecondLobe<L: Lanes> {
 /// Anisotropy of the base lobes.
 #[derive(Clone, Copy)]
 pub struct Anisotropy<L: Lanes> {
-    /// Of lobe A, -1 to 1; positive stretches along the tangent.
+    /// Anisotropy of lobe A, -1 to 1; positive stretches along the tangent.
     pub a: L::F,
-    /// Of lobe B, or of the halo of hazy gloss.
+    /// Anisotropy of lobe B, or of the halo of hazy gloss, -1 to 1.
     pub b: L::F,
 }
 
@@ -82,7 +82,7 @@ pub struct Coat<L: Lanes> {
     pub normal: Option<V3<L>>,
 }
 
-/// What the diffusion profile of a scattering material states; one profile for all lanes.
+/// Diffusion profile of a scattering material; one for all lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffusionProfile {
     /// Colour of transmitted light over 4, linear.
@@ -104,7 +104,7 @@ pub struct DiffusionProfile {
 /// Light under the surface.
 #[derive(Clone, Copy)]
 pub struct Scattering<L: Lanes> {
-    /// How light travels.
+    /// Diffusion profile of the medium.
     pub profile: DiffusionProfile,
     /// F0 comes from the profile. 13.0 always takes it from there.
     pub use_profile_ior: bool,
@@ -123,22 +123,22 @@ pub struct Transmission<L: Lanes> {
     pub mask: V3<L>,
 }
 
-/// How much of its surroundings a place sees.
+/// Occlusion of a point, by source.
 #[derive(Clone, Copy)]
 pub struct Occlusion<L: Lanes> {
     /// Ambient occlusion of the material, 0 hidden to 1 open.
     pub ambient: L::F,
     /// Ambient occlusion found in screen space, 1 where there is none.
     pub screen_space: L::F,
-    /// How much of the latter dims direct light (`_AmbientOcclusionParam.w`), 0 to 1.
+    /// Strength of the screen-space occlusion on direct light (`_AmbientOcclusionParam.w`), 0 to 1.
     pub direct_strength: L::F,
-    /// Unit vector to the middle of what is visible; the normal if unknown.
+    /// Bent normal, a unit vector; the normal if unknown.
     pub bent_normal: V3<L>,
     /// Specular occlusion for [`super::DataOcclusion::Custom`], 0 to 1.
     pub custom: L::F,
-    /// Tilt of bent normals: share of the hemisphere below which a place counts as occluded (0.2 by default).
+    /// Tilt of bent normals: share of the hemisphere below which a point counts as occluded (0.2 by default).
     pub tilt_threshold: L::F,
-    /// Tilt of bent normals: how fast it sets in (1 by default).
+    /// Tilt of bent normals: slope below the threshold (1 by default).
     pub tilt_strength: L::F,
 }
 

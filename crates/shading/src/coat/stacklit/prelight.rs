@@ -1,4 +1,4 @@
-//! What depends on the view only (`GetPreLightData`).
+//! View-dependent terms, before any light (`GetPreLightData`).
 
 use super::adding::{Adding, Call, LayeredLobe, Layers, compute_adding, layers_once};
 use super::convert::{BsdfData, CoatData, convert};
@@ -29,7 +29,7 @@ pub struct Lobe<L: Lanes> {
     pub energy_compensation: V3<L>,
     /// Share of the environment that is seen (`hemiSpecularOcclusion`).
     pub specular_occlusion: V3<L>,
-    /// Where the environment is reflected (`iblR`).
+    /// Mirror direction for the environment lookup (`iblR`).
     pub reflection: V3<L>,
     /// Perceptual roughness of that reflection.
     pub perceptual_roughness: L::F,
@@ -143,7 +143,7 @@ impl<L: Lanes> PreLight<L> {
     }
 }
 
-/// What tells the lobes apart.
+/// Inputs of a lobe in the loop over coat, A and B.
 #[derive(Clone, Copy)]
 struct LobeInput<L: Lanes> {
     normal: V3<L>,
@@ -154,7 +154,7 @@ struct LobeInput<L: Lanes> {
     fgd_fresnel0: V3<L>,
     /// F0 that light loses between microfacets.
     compensated_fresnel0: V3<L>,
-    /// Reflectance between the folds of the surface.
+    /// Reflectance for the interreflections of multi-bounce occlusion.
     tint: V3<L>,
     perceptual_roughness: L::F,
     /// Share of the lobe: the coat's mask, the lobe mix.
@@ -166,9 +166,9 @@ struct BaseSeen<L: Lanes> {
     layers: Layers<L>,
     /// Cosine with the view where the base is looked up.
     n_dot_v: L::F,
-    /// F0 that is looked up: the base's own, the film's, what the coat leaves.
+    /// F0 of the lookup: the base's own, the film's, or that seen through the coat.
     fgd_fresnel0: V3<L>,
-    /// Reflectance between the folds of the surface.
+    /// Reflectance for the interreflections of multi-bounce occlusion.
     tint: V3<L>,
 }
 
@@ -219,7 +219,7 @@ fn base_seen<L: Lanes>(
     }
 }
 
-/// What coat, A and B bring into the loop over them. `clamped` are the cosines of the view with base and coat.
+/// Inputs of coat, A and B for the loop over the lobes. `clamped` are the cosines of the view with base and coat.
 #[inline(always)]
 fn lobe_inputs<L: Lanes>(
     l: L,

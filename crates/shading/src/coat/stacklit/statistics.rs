@@ -1,5 +1,5 @@
-//! Statistics of the layers (`ComputeStatistics`): what the coat's face, the medium and the base do to light that
-//! meets them at a mean cosine.
+//! Statistics of the layers (`ComputeStatistics`): effect of the coat's interface, the medium and the base on light
+//! that meets them at a mean cosine.
 //!
 //! Belcour, "Efficient Rendering of Layered Materials using an Atomic Decomposition with Statistical Operators",
 //! 2018. Each face has reflectances R and transmittances T from above (12) and below (21), linear variances s that
@@ -127,7 +127,7 @@ pub struct BaseInterface<L: Lanes> {
     pub iridescent: V3<L>,
 }
 
-/// Layer 2 at the cosine that the coat leaves. `uncoated_cosine` is what lanes without a coat see their film at.
+/// Layer 2 at the cosine that the coat leaves. `uncoated_cosine` is that of the film in lanes without a coat.
 #[inline(always)]
 pub fn base_interface<L: Lanes>(
     l: L,

@@ -1,8 +1,8 @@
-//! Subsurface scattering and transmission: what StackLit takes from a diffusion profile.
+//! Subsurface scattering and transmission, as far as StackLit takes them from a diffusion profile.
 //!
-//! Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", 2015, and Golubev,
-//! "Efficient Screen-Space Subsurface Scattering Using Burley's Normalized Diffusion", 2018. The blur itself is not
-//! part of the shading model: the diffuse part of its result is what a blur would take.
+//! Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", 2015, and Golubev, "Efficient
+//! Screen-Space Subsurface Scattering Using Burley's Normalized Diffusion", 2018. The blur itself is not part of the
+//! shading model: the diffuse part of its result is the input of a blur.
 
 use super::options::{Options, Version};
 use super::parameters::{DiffusionProfile, Scattering, Transmission};
@@ -11,7 +11,7 @@ use overcoat_core::math::lanes::{Float, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 
-/// What is left of light after a distance (millimetres) through the medium, per channel: exp(-S d / 3).
+/// Transmittance of a distance (millimetres) through the medium, per channel: exp(-S d / 3).
 #[inline(always)]
 fn third_of_depth<L: Lanes>(l: L, shape: [f32; 3], distance: L::F) -> V3<L> {
     vec3!(s in Vec3::from_array(shape) => math::exp_transmittance(l, distance * (s * (-1.0 / 3.0))))

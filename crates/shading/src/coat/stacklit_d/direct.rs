@@ -76,7 +76,7 @@ pub fn direct<L: Lanes>(
     surface.mixed(l, coated, bare) * light_color
 }
 
-/// The base's specular lobe with alphas, before what passes.
+/// The base's specular lobe with alphas, without the transmittance of the coat.
 #[inline(always)]
 fn lobe<L: Lanes>(
     l: L,

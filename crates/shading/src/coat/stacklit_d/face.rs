@@ -1,4 +1,5 @@
-//! The coat's face between air and medium: how light bends there, how much passes, and how it spreads.
+//! The coat's interface between air and medium: refraction, transmittance and the roughness it adds to the lobe
+//! beneath.
 
 use super::LEAST_COSINE;
 use crate::brdf::fresnel::fresnel_dielectric;
@@ -9,39 +10,39 @@ use overcoat_core::math::vec3::V3;
 
 // The constants of this file are fitted to the referee, [`overcoat_lab::truth`].
 
-/// How much less a rough face bends light at grazing angles, per alpha, from 0 (as a smooth one) to 1 (not at all): the facets that
-/// are seen lean towards the viewer.
+/// Reduction of refraction by a rough face at grazing angles, per alpha, from 0 (as a smooth one) to 1 (no
+/// refraction): the facets that are seen lean towards the viewer.
 const LEANING: f32 = 1.0;
 
-/// Share of the face's variance that is added to the base's each way, over the square of what a facet's tilt turns light by. Of
+/// Share of the face's variance that each crossing adds to the base's, over the squared ratio of [`Face::spread`]. For
 /// Gaussian slopes it would be 0.25.
 const SPREAD: f32 = 0.45;
 
-/// What limits that where a rough face is seen at grazing angles, per alpha.
+/// Damping of the spread of a rough face at grazing angles, per alpha.
 const SPREAD_LIMIT: f32 = 4.0;
 
 /// All bounces of a face over the first, less 1, per light that the first bounce loses.
 const MORE_BOUNCES: f32 = 0.3;
 
-/// Fresnel's reflectance over Schlick's, averaged over the facets of a rough face.
+/// Ratio of Fresnel's to Schlick's reflectance, averaged over the facets of a rough face.
 const ROUGH_RATIO: f32 = 1.08;
 
-/// How much of that ratio counts, per roughness, against the one at the angle itself.
+/// Weight of [`ROUGH_RATIO`], per roughness, against the ratio at the angle itself.
 const ROUGH_SHARE: f32 = 0.8;
 
-/// How much less a rough face reflects of light from everywhere: a facet that lets light through does not lose it.
+/// Reduction of the mean reflectance by roughness: light that one facet transmits is not lost.
 const LESS: f32 = 0.24;
 
-/// A coat's face.
+/// Interface of a coat.
 #[derive(Clone, Copy)]
 pub(super) struct Face<L: Lanes> {
     /// Index of refraction of the coat, 1 to 3.
     pub(super) ior: L::F,
-    /// F0 of that.
+    /// F0 of the interface.
     f0: L::F,
     /// Perceptual roughness.
     pub(super) roughness: L::F,
-    /// Its square, the mean of both axes.
+    /// Alpha, the mean of both axes.
     pub(super) alpha: L::F,
     /// Mean reflectance for light from outside, from everywhere.
     pub(super) mean: L::F,
@@ -49,21 +50,21 @@ pub(super) struct Face<L: Lanes> {
     pub(super) cone: L::F,
 }
 
-/// A direction at a face.
+/// A direction at the interface.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing<L: Lanes> {
-    /// Its cosine outside.
+    /// Cosine outside.
     pub(super) outer: L::F,
-    /// That inside by the law of refraction.
+    /// Cosine inside, by the law of refraction.
     pub(super) inner: L::F,
-    /// Reflectance, all bounces between its facets included.
+    /// Reflectance, all bounces between the facets included.
     pub(super) reflected: L::F,
-    /// All these bounces over the first.
+    /// Light of all bounces between the facets over that of the first.
     pub(super) bounces: L::F,
 }
 
 impl<L: Lanes> Crossing<L> {
-    /// The share that passes.
+    /// Transmittance.
     #[inline(always)]
     pub(super) fn passes(&self) -> L::F {
         self.reflected.one_minus()
@@ -88,8 +89,9 @@ impl<L: Lanes> Face<L> {
         Self { ior, f0, roughness, alpha, mean, cone: (ior * ior).recip() }
     }
 
-    /// What becomes of light or view at an outer cosine. Albedos are Schlick's, times Fresnel's over Schlick's term: the exact
-    /// one at this angle where the face is smooth, that of its facets where it is rough.
+    /// Refraction and reflectance for light or view at an outer cosine. Albedos are Schlick's, times the ratio of
+    /// Fresnel's to Schlick's term: the exact one at this angle where the face is smooth, the mean over its facets
+    /// where it is rough.
     #[inline(always)]
     pub(super) fn crossing(&self, l: L, table: &Table<3>, cosine: L::F) -> Crossing<L> {
         let outer = cosine.clamp_to(LEAST_COSINE, 1.0);
@@ -108,8 +110,8 @@ impl<L: Lanes> Face<L> {
         Crossing { outer, inner, reflected, bounces }
     }
 
-    /// A unit vector away from the face as it goes on inside, where the base sees it: the mean direction of what a rough face
-    /// scatters. Also the factor of its tangential part.
+    /// Refracts a unit vector that points away from the face: the mean direction that a rough face scatters to, as the
+    /// base sees it. Also the factor of its tangential part.
     #[inline(always)]
     pub(super) fn bend(&self, _: L, w: V3<L>, normal: V3<L>, at: &Crossing<L>) -> (V3<L>, L::F) {
         let straight = (self.ior.recip()).one_minus();
@@ -121,8 +123,8 @@ impl<L: Lanes> Face<L> {
         (across * factor + normal * z, factor)
     }
 
-    /// What a facet's tilt turns the base's half vector by, squared, over the tilt squared: the share of the face's variance
-    /// that is added to the base's for this direction. `inner` is the cosine of [`Face::bend`].
+    /// Share of the face's variance that is added to the base's for this direction: the squared ratio of the turn of
+    /// the base's half vector to the tilt of a facet, damped for rough faces. `inner` is the cosine of [`Face::bend`].
     #[inline(always)]
     pub(super) fn spread(&self, _: L, outer: L::F, inner: L::F) -> L::F {
         let turned = (outer / (self.ior * inner)).one_minus();

@@ -9,7 +9,7 @@ use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 
-/// Where a lobe about a mirrored direction is looked up.
+/// Environment lookup of a lobe about a mirrored direction.
 #[inline(always)]
 fn query<L: Lanes>(
     l: L,
@@ -106,7 +106,7 @@ pub fn indirect<L: Lanes>(
     surface.mixed(l, coated, bare)
 }
 
-/// What of a reflection is not hidden by what occlusion says is near.
+/// Reflection dimmed by specular occlusion; `open` if no fragment is occluded.
 #[inline(always)]
 fn seen_of<L: Lanes>(
     l: L,
@@ -129,7 +129,7 @@ fn uncoated<L: Lanes>(_: L, surface: &Surface<L>, seen: &Seen<L>, diffuse: V3<L>
     diffuse * seen.left * back.one_minus() * inside + specular * seen.albedo
 }
 
-/// The base beneath a coat: even light and what is in the lobe, with all bounces.
+/// The base beneath a coat: even light and that in the lobe, with all bounces.
 #[inline(always)]
 fn through<L: Lanes>(_: L, coat: &Coated<L>, diffuse: V3<L>, specular: V3<L>) -> V3<L> {
     let trapped = &coat.trapped;

@@ -30,8 +30,8 @@
 //! not dim is the base. The Lambertian part is reciprocal. The specular one is but for the albedos that all bounces between
 //! facets scale with, which look at the view.
 //!
-//! **Quirks.** F0 of the base is what it reflects where it is, under the coat: an index of refraction of the base is not seen
-//! from that of the coat, as the lab, glTF and three.js have it, and StackLit does not.
+//! **Quirks.** F0 of the base is its reflectance in place, under the coat: an index of refraction of the base is not
+//! seen from that of the coat, as the lab, glTF and three.js have it, and StackLit does not.
 //!
 //! **Left out:** sheen, thin films, the second lobe, subsurface scattering, the coat's colour (its medium has an extinction).
 //! Scattering in the medium. Every result is finite and not negative for inputs in range and unit vectors.
@@ -64,9 +64,9 @@ const LEAST_ROUGHNESS: f32 = 0.045;
 /// Stretched roughness.
 #[derive(Clone, Copy)]
 pub struct Anisotropy<L: Lanes> {
-    /// Of the base, 0 to 1, as glTF has it.
+    /// Anisotropy of the base, 0 to 1, as glTF defines it.
     pub base: L::F,
-    /// Of the coat, 0 to 1, as OpenPBR has it.
+    /// Anisotropy of the coat, 0 to 1, as OpenPBR defines it.
     pub coat: L::F,
     /// Unit vector along the larger roughness of both.
     pub tangent: V3<L>,
@@ -110,30 +110,30 @@ pub struct SurfaceData<L: Lanes> {
 #[derive(Clone, Copy)]
 struct Base<L: Lanes> {
     normal: V3<L>,
-    /// Along tangent and bitangent.
+    /// Alpha along tangent and bitangent.
     alpha: [L::F; 2],
-    /// Perceptual, of the mean alpha.
+    /// Perceptual roughness of the mean alpha.
     roughness: L::F,
-    /// Of the specular part, metal and dielectric together.
+    /// F0 of the specular lobe, metal and dielectric together.
     f0: V3<L>,
     f90: L::F,
-    /// Of the dielectric part alone, which dims the Lambertian one.
+    /// F0 and F90 of the dielectric alone, which dims the Lambertian lobe.
     dielectric: (V3<L>, L::F),
-    /// Albedo of the Lambertian part.
+    /// Albedo of the Lambertian lobe.
     albedo: V3<L>,
 }
 
 /// The base as it is seen from a direction, through a coat or not.
 #[derive(Clone, Copy)]
 struct Seen<L: Lanes> {
-    /// Unit vector to the eye where the base is.
+    /// Unit vector to the eye, refracted by the coat if there is one.
     view: V3<L>,
     n_dot_v: L::F,
-    /// All bounces between facets over the first.
+    /// Light of all bounces between facets over that of the first.
     bounces: V3<L>,
-    /// Albedo of the specular part.
+    /// Directional albedo of the specular lobe.
     albedo: V3<L>,
-    /// What that leaves of light for the Lambertian part, 0 to 1.
+    /// Transmittance of the specular lobe towards the Lambertian one, 0 to 1.
     left: V3<L>,
 }
 
@@ -145,9 +145,9 @@ struct Coated<L: Lanes> {
     alpha: [L::F; 2],
     face: Face<L>,
     view: Crossing<L>,
-    /// What passes of the view, medium included.
+    /// Transmittance for the view, medium included.
     passes: V3<L>,
-    /// The medium alone.
+    /// Transmittance of the medium alone.
     medium: V3<L>,
     depth: Option<V3<L>>,
     base: Seen<L>,
@@ -156,15 +156,15 @@ struct Coated<L: Lanes> {
     /// Share of the face's variance that the view's crossing adds.
     spread: L::F,
     trapped: Trapped<L>,
-    /// Share of what the base mirrors of the view that stays inside.
+    /// Share of the view's mirrored light that the interface keeps inside.
     beyond: L::F,
-    /// Bounces between base and face that stay in the lobe, over the first.
+    /// Light of bounces between base and face that stay in the lobe, over that of the first.
     around: V3<L>,
-    /// What the face sends back of the lobe.
+    /// Share of the lobe that the face reflects back to the base.
     back: L::F,
 }
 
-/// Tangent and bitangent, with how far the base's lobe is stretched.
+/// Tangent frame of the base's anisotropic lobe.
 #[derive(Clone, Copy)]
 struct Axes<L: Lanes> {
     tangent: V3<L>,
@@ -191,7 +191,7 @@ pub struct Surface<L: Lanes> {
 }
 
 impl<L: Lanes> Surface<L> {
-    /// What reaches the eye of light from beneath the coat, such as the material's emission.
+    /// Transmittance of the coat towards the eye, for light from beneath such as the material's emission.
     #[inline(always)]
     pub fn coat_transmittance(&self, l: L) -> V3<L> {
         let one = Vec3::splat(l, [1.0; 3]);
@@ -237,8 +237,8 @@ impl<L: Lanes> Base<L> {
         }
     }
 
-    /// What the dielectric's reflection leaves at a cosine, where a face above sends the share `back` of that reflection
-    /// back: 1 - F and all that comes of it.
+    /// Transmittance of the dielectric's reflection at a cosine, where a face above returns the share `back` of it:
+    /// `(1 - F) / (1 - F back)`.
     #[inline(always)]
     fn left(&self, l: L, cosine: L::F, back: L::F) -> V3<L> {
         let (f0, f90) = self.dielectric;
@@ -374,7 +374,7 @@ fn coated<L: Lanes>(
     }
 }
 
-/// What a medium of an optical thickness lets through at an inner cosine.
+/// Transmittance of a medium of this optical thickness at an inner cosine.
 #[inline(always)]
 fn medium<L: Lanes>(l: L, depth: V3<L>, cosine: L::F) -> V3<L> {
     vec3!(t in depth => math::exp_transmittance(l, -t / cosine))

@@ -1,8 +1,9 @@
 //! Light between base and coat: the sums over its bounces.
 //!
-//! Two kinds of light are told apart. What a Lambertian base scatters, and what meets it again, is even over the hemisphere:
-//! its sum is closed. What a specular base mirrors meets the face within the cone of escape, where it passes but for Fresnel's
-//! reflectance, or beyond it, where nothing passes until it has been scattered back into the cone.
+//! Two kinds of light are told apart. Light that a Lambertian base scatters, or that meets it again, is even over the
+//! hemisphere: its sum is closed. Light that a specular base mirrors meets the face within the cone of escape, where
+//! it passes but for Fresnel's reflectance, or beyond it, where nothing passes until it has been scattered back into
+//! the cone.
 
 use super::face::Face;
 use crate::brdf::table::Table;
@@ -30,37 +31,37 @@ const CONE_COSINE: f32 = 0.88;
 /// Mean of (1 - u)^5 over the hemisphere.
 pub(super) const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
 
-/// 2 E3(x): what is left of even light after a slab of optical thickness x. A fit, 2 percent off at most.
+/// 2 E3(x): transmittance of a slab of optical thickness x for even light. A fit, 2 percent off at most.
 #[inline(always)]
 fn even_light_after<L: Lanes>(l: L, x: L::F) -> L::F {
     let x = x.clamp_to(0.0, 60.0);
     math::exp_transmittance(l, -x) * 2.0 / (x + 2.0 + x / (x + 1.5))
 }
 
-/// The sums of one coat over one base, before they are weighted by where light comes from and goes to.
+/// Sums of the bounces between one coat and one base, before they are weighted by the directions of light and view.
 #[derive(Clone, Copy)]
 pub(super) struct Trapped<L: Lanes> {
-    /// Variance of slopes that decides what is mirrored beyond the cone.
+    /// Variance of slopes that decides the share mirrored beyond the cone.
     variance: L::F,
     /// Cosine and sine at the edge of the cone.
     edge: [L::F; 2],
     /// 0 where there is no change of index to 1.
     beyond: L::F,
-    /// How far light beyond the cone keeps to the plane that it came in, 0 to 1.
+    /// Share of the light beyond the cone that keeps to its plane of incidence, 0 to 1.
     pub(super) forward: L::F,
-    /// What comes out of light beyond the cone.
+    /// Share of the light beyond the cone that escapes in the end, after reflections at the base.
     pub(super) mirrored: V3<L>,
-    /// The mean of [`Trapped::share_beyond`] over light from everywhere, times what passes.
+    /// Mean of [`Trapped::share_beyond`] over light from everywhere, times the mean transmittance of the face.
     pub(super) mean_beyond: L::F,
-    /// Albedo over (1 - albedo times what returns), of the Lambertian part.
+    /// Albedo over (1 - albedo times the share that returns), of the Lambertian lobe.
     pub(super) diffuse: V3<L>,
-    /// Of even light inside, what escapes at once.
+    /// Share of even light inside that escapes at once.
     pub(super) escape: V3<L>,
-    /// What the medium leaves of even light from outside.
+    /// Transmittance of the medium for even light from outside.
     pub(super) even: V3<L>,
 }
 
-/// What the sums are of.
+/// Inputs of the sums: coat, medium and base.
 #[derive(Clone, Copy)]
 pub(super) struct Bounces<'a, L: Lanes> {
     pub(super) face: &'a Face<L>,
@@ -70,9 +71,9 @@ pub(super) struct Bounces<'a, L: Lanes> {
     pub(super) base_alpha: L::F,
     /// F0 of the base.
     pub(super) f0: V3<L>,
-    /// F0 and F90 of what reflects above the Lambertian part.
+    /// F0 and F90 of the dielectric above the Lambertian lobe.
     pub(super) dielectric: (V3<L>, L::F),
-    /// Albedo of the Lambertian part.
+    /// Albedo of the Lambertian lobe.
     pub(super) albedo: V3<L>,
 }
 
@@ -141,9 +142,9 @@ impl<L: Lanes> Trapped<L> {
         }
     }
 
-    /// Of light that the base mirrors about the inner cosine `cosine`, the share that meets the face beyond the cone. Its half
-    /// vectors are those whose slope is larger than that of the angle half way to the edge: of GGX in the plane of incidence on
-    /// either side, or in all directions at normal incidence, both in closed form.
+    /// Share of the light mirrored by the base about the inner cosine `cosine` that meets the face beyond the cone.
+    /// Its half vectors are those whose slope is larger than that of the angle half way to the edge: of GGX in the
+    /// plane of incidence on either side, or in all directions at normal incidence, both in closed form.
     #[inline(always)]
     pub(super) fn share_beyond(&self, _: L, cosine: L::F) -> L::F {
         let [edge_cosine, edge_sine] = self.edge;

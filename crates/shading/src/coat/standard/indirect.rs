@@ -6,16 +6,16 @@ use crate::coat::three::specular_occlusion;
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// What a surface is lit by.
+/// Kind of environment a surface is lit by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Environment {
-    /// Light from afar, which knows round lobes only.
+    /// Light from afar, prefiltered for isotropic lobes only.
     Distant,
-    /// Sources that know the shape of the lobe about the mirrored view themselves.
+    /// Near sources, which integrate over the shape of the lobe about the mirrored view themselves.
     Near,
 }
 
-/// What an interface reflects of these means.
+/// Reflection of an interface from the mean radiances of its lobe.
 #[inline(always)]
 fn reflected<L: Lanes>(_: L, reflectance: &Reflectance<L>, mean: &Mean<L>) -> V3<L> {
     let normal = mean.all * (reflectance.normal * reflectance.all);

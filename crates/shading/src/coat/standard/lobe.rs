@@ -107,7 +107,7 @@ pub(super) struct Lobe<L: Lanes> {
     n_dot_v: L::F,
     /// Perceptual roughness.
     roughness: L::F,
-    /// Where one lookup is all.
+    /// Fragments for which a single lookup is enough.
     pub(super) one: L::M,
 }
 
@@ -153,7 +153,7 @@ impl<L: Lanes> Lobe<L> {
     pub(super) fn brushed(&self, l: L, anisotropy: &AnisotropySurface<L>, k: usize) -> Sample<L> {
         let [along, across] = anisotropy.alpha;
         let (slope, gap) = SLOPES[k];
-        // What is left of the spread once each lobe has its own.
+        // The rest of the spread once each lobe has its own.
         let spread = (along * along - across * across).at_least(0.0).sqrt();
         let half = (self.normal + anisotropy.tangent * (spread * slope)).normalize();
         let v_dot_h = self.view.dot(half);
@@ -230,7 +230,7 @@ impl<L: Lanes> Sums<L> {
         Self { all: none, grazing: none, share: zero, grazing_share: zero, first: none }
     }
 
-    /// Adds what the environment answers to sample k.
+    /// Adds the radiance of sample k.
     #[inline(always)]
     pub(super) fn add(&mut self, l: L, k: usize, sample: &Sample<L>, radiance: V3<L>) {
         let grazing = sample.share * schlick_weight(l, sample.v_dot_h);

@@ -1,10 +1,10 @@
-//! The model of the house: what files mean that name no other. Metallic-roughness with the extensions of glTF, put
-//! together of the parts that come nearest to a path tracer where nothing is known of what blocks the light.
+//! The model of the house, for files that name no other. Metallic-roughness with the extensions of glTF, put together
+//! of the parts that come nearest to a path tracer where the occluders of light are unknown.
 //!
-//! Source: no engine's. GGX with height-correlated shadowing (Heitz 2014) and Schlick's Fresnel term over Lambert; sheen
-//! (Charlie, Estevez and Kulla 2017, with Neubelt's visibility), a thin film (Belcour and Barla 2017, as in glTF's
-//! extension) and a coat of index 1.5 above. The layers are put together as in three.js r187 and in the principled
-//! material of Blender's Cycles: what lies beneath one is dimmed by its directional albedo for the view.
+//! Source: no engine's. GGX with height-correlated shadowing (Heitz 2014) and Schlick's Fresnel term over Lambert;
+//! sheen (Charlie, Estevez and Kulla 2017, with Neubelt's visibility), a thin film (Belcour and Barla 2017, as in
+//! glTF's extension) and a coat of index 1.5 above. The layers are put together as in three.js r187 and in the
+//! principled material of Blender's Cycles: the layers beneath one are dimmed by its directional albedo for the view.
 //!
 //! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the
 //! environment; the sum is the reflected radiance. What the material emits passes the coat:
@@ -61,7 +61,7 @@ use overcoat_core::math::pow;
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 
-/// Irradiance is what a light's colour means.
+/// Colour that the model expects of a light per unit of irradiance at normal incidence: the irradiance itself.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
 
 /// F0 of the coat: an index of 1.5.
@@ -94,7 +94,7 @@ pub struct SurfaceData<L: Lanes> {
     pub dielectric_f90: L::F,
     /// Clear coat.
     pub coat: Option<Coat<L>>,
-    /// What of light the coat lets through down and up at normal incidence, linear, 0 to 1; `None` is all.
+    /// Transmittance of the coat's medium, down and up at normal incidence, linear, 0 to 1; `None` is clear.
     pub coat_color: Option<V3<L>>,
     /// Sheen.
     pub sheen: Option<Sheen<L>>,
@@ -126,14 +126,14 @@ pub struct CoatSurface<L: Lanes> {
     pub n_dot_v: L::F,
     /// Its reflection.
     pub reflectance: Reflectance<L>,
-    /// What the coat leaves of the light from beneath, without its colour.
+    /// Transmittance of the interface for light from beneath, without the medium's colour.
     pub transmittance: L::F,
-    /// The same with its colour, if it has one.
+    /// Transmittance with the medium's colour, if it has one.
     pub tinted: Option<V3<L>>,
 }
 
 impl<L: Lanes> CoatSurface<L> {
-    /// What the eye sees of light from beneath.
+    /// Light from beneath as it leaves the coat towards the eye.
     #[inline(always)]
     fn above(&self, light: V3<L>) -> V3<L> {
         match self.tinted {
@@ -152,9 +152,9 @@ pub struct SheenSurface<L: Lanes> {
     pub roughness: L::F,
     /// Directional albedo for the view.
     pub albedo: L::F,
-    /// What is left of the lobe where its albedo would exceed 1: smooth sheen at grazing angles.
+    /// Factor that limits the lobe's albedo to 1, for smooth sheen at grazing angles.
     pub scale: L::F,
-    /// What the sheen leaves of the light from beneath.
+    /// Transmittance for light from beneath.
     pub transmittance: L::F,
 }
 
@@ -167,7 +167,7 @@ pub struct AnisotropySurface<L: Lanes> {
     pub tangent: V3<L>,
     /// Unit vector across both.
     pub bitangent: V3<L>,
-    /// How much of the lobe lies along the grain, from round (0) to half as rough across as along (1).
+    /// Share of the lobe along the grain, from isotropic (0) to half as rough across as along (1).
     pub share: L::F,
 }
 
@@ -186,7 +186,7 @@ pub struct Reflectance<L: Lanes> {
 }
 
 impl<L: Lanes> Reflectance<L> {
-    /// Of F0 and F90, for albedos E and G.
+    /// Energy-compensated term from F0, F90 and the albedos E and G.
     #[inline(always)]
     fn new(l: L, f0: V3<L>, f90: L::F, [all, at_grazing]: [L::F; 2]) -> Self {
         let to_grazing = Vec3::uniform(f90) - f0;
@@ -219,7 +219,7 @@ pub struct Surface<L: Lanes> {
     pub n_dot_v: L::F,
     /// Perceptual, 0 to 1.
     pub roughness: L::F,
-    /// What is left of the base colour for Lambert's part.
+    /// Diffuse albedo: the base colour that specular reflection and metallic leave to Lambert's lobe.
     pub diffuse: V3<L>,
     /// The base's reflection.
     pub reflectance: Reflectance<L>,
@@ -232,7 +232,7 @@ pub struct Surface<L: Lanes> {
 }
 
 impl<L: Lanes> Surface<L> {
-    /// What reaches the eye of light from beneath the coat, such as the material's emission.
+    /// Light from beneath the coat, such as the material's emission, as it leaves the coat towards the eye.
     #[inline(always)]
     pub fn above_coat(&self, _: L, light: V3<L>) -> V3<L> {
         match &self.coat {
@@ -252,7 +252,7 @@ struct Terms<L: Lanes> {
     coat: V3<L>,
 }
 
-/// The layers together: what the eye sees of the terms.
+/// Reflected light of all layers.
 #[inline(always)]
 fn color<L: Lanes>(_: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
     let mut out = terms.base;
@@ -327,8 +327,8 @@ pub fn surface<L: Lanes>(
     Surface { normal, view, n_dot_v, roughness, diffuse, reflectance, coat, sheen, anisotropy }
 }
 
-/// What a coat of this albedo leaves of light from beneath where it has a colour: to the power of how much longer the way through it
-/// is than straight, out and, for want of better, in.
+/// Transmittance of a coloured coat of this albedo: the colour to the power of the relative length of the refracted
+/// path, out and, as an approximation, in.
 #[inline(always)]
 fn tinted<L: Lanes>(l: L, factor: L::F, albedo: L::F, color: V3<L>, n_dot_v: L::F) -> V3<L> {
     let sine2 = n_dot_v.squared().one_minus() * (1.0 / (COAT_IOR * COAT_IOR));
@@ -337,7 +337,7 @@ fn tinted<L: Lanes>(l: L, factor: L::F, albedo: L::F, color: V3<L>, n_dot_v: L::
     vec3!(c in color => pow(l, c.saturate(), longer) * passed * factor + factor.one_minus())
 }
 
-/// The base's reflection and what is left of its colour beneath.
+/// The base's reflection and its diffuse albedo.
 #[inline(always)]
 fn base<L: Lanes>(l: L, data: &SurfaceData<L>, n_dot_v: L::F, albedos: [L::F; 2]) -> (Reflectance<L>, V3<L>) {
     let metallic = data.metallic.saturate();
@@ -351,7 +351,7 @@ fn base<L: Lanes>(l: L, data: &SurfaceData<L>, n_dot_v: L::F, albedos: [L::F; 2]
         let [on_dielectric, on_metal] = eval_iridescence(l, SchlickWeight::Power, &film, n_dot_v, &bases);
         dielectric = filmed(l, &dielectric, on_dielectric, factor);
         metal = filmed(l, &metal, on_metal, factor);
-        // What no channel reflects: interference takes nothing away.
+        // The share that no channel reflects: interference takes nothing away.
         let rest = Vec3::uniform(dielectric.albedo(l).max_component().one_minus());
         beneath = beneath.lerp(rest, factor);
     }

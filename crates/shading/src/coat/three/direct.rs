@@ -48,7 +48,7 @@ fn base_lobe<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>, half: V3<L>, n_
     visibility_smith_anisotropic(l, in_frame[1], in_frame[2], alpha, EPSILON) * d
 }
 
-/// One light: what each lobe reflects of it.
+/// One light: its reflection by lobe.
 ///
 /// `direction` is the unit vector to the light, `color` its irradiance at normal incidence.
 #[inline(always)]

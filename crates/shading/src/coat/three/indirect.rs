@@ -8,7 +8,7 @@ use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// What the surroundings send.
+/// Light of the surroundings at the fragments.
 #[derive(Clone, Copy)]
 pub struct Indirect<L: Lanes> {
     /// Irradiance of ambient lights and light probes, which reach the Lambert part and the sheen.
@@ -30,7 +30,7 @@ fn query<L: Lanes>(l: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> Environ
     }
 }
 
-/// What base and coat ask of the prefiltered environment, and how many of the two do.
+/// Lookups of base and coat in the prefiltered environment, and the count of those in use: 2 with a coat, else 1.
 #[inline(always)]
 pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> ([EnvironmentQuery<L>; 2], usize) {
     let mut normal = surface.normal;
@@ -66,7 +66,7 @@ fn scattering<L: Lanes>(
     (single, multiple_scattering(l, single, f0, scale + bias))
 }
 
-/// What each lobe reflects of the surroundings.
+/// Light of the surroundings that each lobe reflects.
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>) -> Terms<L> {
     let (film_dielectric, film_metallic) = match &surface.film {

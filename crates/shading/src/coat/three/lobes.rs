@@ -1,4 +1,4 @@
-//! What the versions of three.js have in common.
+//! Lobes that all versions of three.js share.
 
 use crate::brdf::microfacet::{distribution_ggx, visibility_smith};
 use crate::coat::glsl::{mix, normalize_or};
@@ -55,8 +55,8 @@ pub(in crate::coat) fn bent_reflection<L: Lanes>(l: L, view: V3<L>, normal: V3<L
     normalize_or(l, mix(l, mirrored, normal, bend), normal)
 }
 
-/// `computeSpecularOcclusion`: how much of its reflection a surface sees whose ambient occlusion is `occlusion`.
-/// Lagarde and de Rousiers, "Moving Frostbite to PBR" (2014). Exactly 1 for 1.
+/// `computeSpecularOcclusion`: specular occlusion of a surface whose ambient occlusion is `occlusion`. Lagarde and de
+/// Rousiers, "Moving Frostbite to PBR" (2014). Exactly 1 for 1.
 #[inline(always)]
 pub(in crate::coat) fn specular_occlusion<L: Lanes>(
     l: L,

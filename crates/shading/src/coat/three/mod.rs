@@ -13,13 +13,13 @@
 //! `color / pi`. The environment is radiance, its irradiance has pi in it.
 //!
 //! **Physics.** GGX over Lambert, energy-compensated (Turquin 2019 under lights, Fdez-Aguera 2019 under an
-//! environment); sheen (Charlie) above it; a coat of F0 0.04 above all. The coat dims what lies beneath by its
+//! environment); sheen (Charlie) above it; a coat of F0 0.04 above all. The coat dims the layers beneath by its
 //! Fresnel reflectance at the angle of view, once, also for direct light and for emission; it neither absorbs nor
 //! refracts nor changes the base. All Fresnel terms use Schlick's approximation with a spherical Gaussian in place of
-//! the power. Left out: retroreflection, diffuse roughness, transmission, dispersion.
-//! Measured in `tests/models/properties.rs` over views, roughness and metalness: under a white environment a white surface
-//! shows at most 1, with a coat 1.007; of the light of lights from everywhere it reflects at most 1.03, with a coat
-//! 1.004. Nothing is reciprocal: compensation and coat look at the view only.
+//! the power. Left out: retroreflection, diffuse roughness, transmission, dispersion. Measured in
+//! `tests/models/properties.rs` over views, roughness and metalness: under a white environment a white surface shows
+//! at most 1, with a coat 1.007; of the light of lights from everywhere it reflects at most 1.03, with a coat 1.004.
+//! Nothing is reciprocal: compensation and coat look at the view only.
 //!
 //! **Beyond the original:** cosines and vectors that the original leaves undefined (light and view opposite, view
 //! along the bitangent) have a direction here. Every result is finite for inputs in range and unit vectors. A thin
@@ -45,7 +45,7 @@ use overcoat_core::math::exp;
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// Irradiance is what a light's colour means.
+/// Colour that the model expects of a light per unit of irradiance at normal incidence: the irradiance itself.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
 
 /// F0 of the coat (`clearcoatF0`).
@@ -106,7 +106,7 @@ pub struct CoatSurface<L: Lanes> {
     pub n_dot_v: L::F,
     /// Fresnel reflectance for the view.
     pub fresnel: L::F,
-    /// 1 - factor * fresnel: what the coat leaves of the light from beneath.
+    /// 1 - factor * fresnel: the transmittance for light from beneath.
     pub transmittance: L::F,
     /// Scale and bias of the lookup.
     pub dfg: [L::F; 2],
@@ -189,7 +189,7 @@ pub struct Surface<L: Lanes> {
 }
 
 impl<L: Lanes> Surface<L> {
-    /// What reaches the eye of light from beneath the coat, such as the material's emission.
+    /// Transmittance of the coat towards the eye, for light from beneath such as the material's emission.
     #[inline(always)]
     pub fn coat_transmittance(&self, l: L) -> L::F {
         match &self.coat {
@@ -212,7 +212,7 @@ pub struct Terms<L: Lanes> {
     pub coat: V3<L>,
 }
 
-/// The layers together: what the eye sees of the terms.
+/// Reflected light of all layers.
 #[inline(always)]
 pub fn outgoing_light<L: Lanes>(_: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
     let mut out = terms.diffuse + terms.specular;
