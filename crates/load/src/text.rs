@@ -47,7 +47,7 @@ impl<'a> Tokens<'a> {
         float(self.next()?)
     }
 
-    /// What has not been read.
+    /// Bytes that have not been read.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.rest
     }

@@ -60,7 +60,7 @@ const PADDING: usize = 3;
 struct Chunks<'a> {
     json: &'a [u8],
     binary: Option<&'a [u8]>,
-    /// What is wrong about their padding.
+    /// A fault of their padding, in words.
     remark: Option<String>,
 }
 
@@ -225,7 +225,7 @@ mod tests {
         let mut file = b"glTF\x02\0\0\0\x28\0\0\0\x04\0\0\0JSON{}  \x08\0\0\0BIN\0abcdefgh".to_vec();
         let (json, binary) = quiet(&file).unwrap();
         assert_eq!((json, binary), (&b"{}  "[..], Some(&b"abcdefgh"[..])));
-        // What is missing at the end may be padding that is counted and not written.
+        // Bytes that are missing at the end may be padding that is counted and not written.
         file.truncate(37);
         assert_eq!(quiet(&file).unwrap(), (&b"{}  "[..], Some(&b"abcde"[..])));
         while file.len() > 4 {

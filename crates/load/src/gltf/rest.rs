@@ -40,7 +40,7 @@ pub(super) fn or_first_visible(rig: Rig, read: impl Fn(usize) -> Result<Rig, Loa
 }
 
 impl Rig {
-    /// Whether the scene shows something, wherever it is seen from; `None` if there is none.
+    /// True if the scene shows something, wherever it is seen from; `None` if there is none.
     fn shows(&self, jobs: &Jobs) -> Option<bool> {
         let scene = self.at(0.0, false, jobs).ok()?.scene;
         let seen = scene.instances().iter().any(|instance| {

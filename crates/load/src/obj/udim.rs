@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 const MARK: &str = "<udim>";
 /// The number of the first tile, in a name.
 const FIRST: &str = ".1001.";
-/// What separates the name of a material and the number of a tile: no name of a file has it.
+/// Separator of the name of a material and the number of a tile: no name of a file has it.
 const SEPARATOR: char = '\0';
 /// Columns, and rows, of tiles: numbers have four digits.
 const COLUMNS: f32 = 10.0;
@@ -96,13 +96,13 @@ fn with_number(text: &str, tile: &str) -> String {
     }
 }
 
-/// What stands before and behind the mark.
+/// Parts before and behind the mark.
 fn marked(text: &str) -> Option<(&str, &str)> {
     let at = text.as_bytes().windows(MARK.len()).position(|w| w.eq_ignore_ascii_case(MARK.as_bytes()))?;
     text.get(..at).zip(text.get(at.checked_add(MARK.len())?..))
 }
 
-/// What names maps.
+/// Statements that name maps.
 fn texts(material: &mut tobj::Material) -> impl Iterator<Item = &mut String> {
     let named = [
         &mut material.diffuse_texture,

@@ -121,7 +121,7 @@ fn add_parts(scene: &mut Scene, parts: Vec<textures::Part>) -> Result<(), LoadEr
     Ok(())
 }
 
-/// How the colours of vertices cover. All transparent is what programs write that do not know alpha: they become opaque.
+/// Coverage of the colours of vertices. All transparent is what programs write that do not know alpha: they become opaque.
 fn settle_alpha(colors: &mut [[f32; 4]]) -> AlphaMode {
     let any = |a: fn(f32) -> bool| colors.iter().any(|c| a(c[3]));
     if !any(|a| a > 0.0) {

@@ -30,7 +30,7 @@ const NAMES: [&str; 14] = [
     "f_dc_1", "f_dc_2",
 ];
 
-/// Those of them that tell a file of splats.
+/// Names that tell a file of splats.
 const SURE: [&str; 5] = ["scale_0", "scale_1", "rot_0", "opacity", "f_dc_0"];
 
 /// The one of [`NAMES`] that flat splats do not have.

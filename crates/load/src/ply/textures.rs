@@ -153,7 +153,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Of each mesh its triangles and the first texel of its texture.
+    /// Triangles of each mesh, and the first texel of its texture.
     fn found(loaded: &Loaded) -> Vec<(usize, Option<[u8; 3]>)> {
         let scene = &loaded.scene;
         let of = |instance: &overcoat_scene::Instance| {

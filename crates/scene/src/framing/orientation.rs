@@ -116,7 +116,7 @@ pub struct Orientation {
     /// Whether the file's format says which way models face. Where it does not (OBJ, PLY), an automatic view looks for a
     /// head: see [`Framing::automatic`](crate::Framing::automatic).
     pub front_is_known: bool,
-    /// Whether the file's model faces away from [`Axis::front`], as avatars of VRM 0 do, and is turned by half a turn.
+    /// True for a file whose model faces away from [`Axis::front`], as avatars of VRM 0 do: it is turned by half a turn.
     pub is_turned: bool,
 }
 
@@ -128,7 +128,7 @@ impl Default for Orientation {
 }
 
 impl Orientation {
-    /// Where the model faces in the file.
+    /// Direction in the file in which the model faces.
     #[must_use]
     pub fn front(self) -> Axis {
         let front = self.up.front();
