@@ -84,7 +84,7 @@ pub(super) fn edges(
         if let [Some(a), Some(b)] = ends {
             out.ends.push([a, b]);
         }
-        out.ends.extend(points.array_windows::<2>());
+        out.ends.extend(points.iter().zip(points.iter().skip(1)).map(|(&a, &b)| [a, b]));
         if with_colors {
             let color = [item[COLOR], item[COLOR + 1], item[COLOR + 2], item[ALPHA]];
             out.colors.resize(out.ends.len(), color);
