@@ -10,8 +10,8 @@ use overcoat_load::{
 };
 use overcoat_scene::parameters::slots;
 use overcoat_scene::{
-    AlphaMode, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene,
-    SplatCloud, SplatColorSpace, Workflow,
+    AlphaMode, ColorSpace, Light, LightKind, Material, PrimitiveKind, Projection, Scene, SplatCloud,
+    SplatColorSpace, Workflow,
 };
 use serde::Serialize;
 use std::fmt::Write;
