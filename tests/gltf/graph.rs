@@ -279,3 +279,32 @@ fn threads_do_not_show() {
         assert!(shown(threads) == one, "{threads} threads");
     }
 }
+
+/// Avatars of VRM 0 face -Z, those of VRM 1 face +Z as glTF does; whichever it is, they face +Z in the scene.
+#[test]
+fn avatars_of_vrm_0_are_turned() {
+    let with = |extensions: &[&str], own: serde_json::Value| {
+        let mut model = Model::triangle();
+        model.json["nodes"] = json!([{"mesh": 0, "translation": [1, 2, 3], "camera": 0}]);
+        model.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}]);
+        model.json["extensionsUsed"] = json!(extensions);
+        model.json["extensions"] = own;
+        let scene = model.load().unwrap().scene;
+        let eye = scene.cameras()[0].eye;
+        (scene.orientation(), scene.instances()[0].transform.point([0.0; 3]), eye)
+    };
+    for (extensions, own, is_turned) in [
+        (&["VRM"][..], json!({"VRM": {"specVersion": "0.0"}}), true),
+        (&["VRM"], json!({}), true),
+        (&[], json!({"VRM": {}}), true),
+        (&["VRMC_vrm"], json!({"VRMC_vrm": {"specVersion": "1.0"}}), false),
+        (&["VRM", "VRMC_vrm"], json!({"VRM": {}, "VRMC_vrm": {}}), false),
+        (&[], json!({}), false),
+    ] {
+        let (orientation, place, eye) = with(extensions, own);
+        assert_eq!(orientation.is_turned, is_turned, "{extensions:?}");
+        assert_eq!(orientation.front().name(), if is_turned { "-z" } else { "+z" });
+        let expected = if is_turned { [-1.0, 2.0, -3.0] } else { [1.0, 2.0, 3.0] };
+        assert_eq!((place, eye.map(f64::from)), (expected, expected), "{extensions:?}");
+    }
+}

@@ -470,6 +470,72 @@ fn pointers_change_materials_lights_cameras_and_visibility() {
     assert!(said[0].contains("channel 6: the pointer '/materials/0/extensions/KHR_materials_volume_scatter"));
 }
 
+/// The triangle with a node at scale 0 that grows between second 1 and 2.
+fn hidden() -> Model {
+    let mut model = Model::triangle();
+    model.json["nodes"][0]["scale"] = json!([0.0, 0.0, 0.0]);
+    let scales = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+    animate(&mut model, json!({"node": 0, "path": "scale"}), &[1.0, 2.0], "VEC3", &scales, "LINEAR");
+    model
+}
+
+#[test]
+fn where_the_rest_pose_shows_nothing_an_animation_does() {
+    let model = hidden();
+    let loaded = model.load().unwrap();
+    assert_eq!(
+        messages(&loaded),
+        ["nothing is visible in the rest pose: animation 0 'move' at 2 s is drawn"]
+    );
+    assert_near(&points(&loaded.scene), &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    // Whoever names a time gets it.
+    let chosen = play(&model, "0", 1.5).unwrap();
+    assert_near(&points(&chosen.scene), &[[0.0; 3], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0]]);
+    assert!(messages(&chosen).is_empty());
+
+    // A file that is read for many times has no animation that was chosen.
+    let (limits, jobs) = (Limits::default(), Jobs::new(1));
+    let context = Context { resolver: &model.files, limits: &limits, jobs: &jobs };
+    let read = AnimatedModel::from_bytes(&model.glb(), None, &LoadOptions::default(), &context).unwrap();
+    assert_eq!((read.length(), read.animations().len()), (None, 1));
+    assert_near(&points(&read.at(0.7, &jobs).unwrap().scene), &points(&loaded.scene));
+}
+
+#[test]
+fn what_hides_the_rest_pose_may_be_visibility_weights_or_alpha() {
+    let shown = |model: &Model, time: &str| {
+        let loaded = model.load().unwrap();
+        let expected =
+            format!("nothing is visible in the rest pose: animation 0 'move' at {time} s is drawn");
+        assert_eq!(messages(&loaded), [expected]);
+    };
+    let pointer =
+        |path: &str| json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": path}}});
+    let mut model = Model::triangle();
+    model.json["nodes"][0]["extensions"] = json!({"KHR_node_visibility": {"visible": false}});
+    let target = pointer("/nodes/0/extensions/KHR_node_visibility/visible");
+    animate(&mut model, target, &[0.0, 1.0], "SCALAR", &[1.0, 0.0], "STEP");
+    shown(&model, "0");
+
+    let mut model = Model::triangle();
+    model.primitive()["material"] = 0.into();
+    model.json["materials"] =
+        json!([{"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0]}}]);
+    let target = pointer("/materials/0/pbrMetallicRoughness/baseColorFactor");
+    let colors = [1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    animate(&mut model, target, &[0.0, 0.5], "VEC4", &colors, "LINEAR");
+    shown(&model, "0.5");
+
+    // What shows something stays, and what never does is left as it is.
+    let mut model = hidden();
+    model.json["nodes"] = json!([{"mesh": 0, "scale": [0, 0, 0]}, {"mesh": 0}]);
+    model.json["scenes"][0]["nodes"] = json!([0, 1]);
+    assert!(messages(&model.load().unwrap()).is_empty());
+    let mut model = hidden();
+    model.json["nodes"] = json!([{"children": [1]}, {"mesh": 0, "scale": [0, 0, 0]}]);
+    assert!(messages(&model.load().unwrap()).is_empty());
+}
+
 #[test]
 fn animations_that_there_are_not() {
     let mut model = strip();

@@ -277,7 +277,7 @@ impl SceneBuilder {
                 let known: Vec<&str> = Axis::ALL.iter().map(|axis| axis.name()).collect();
                 Kind::Option.error(format_args!("up '{name}': expected one of {}", known.join(", ")))
             })?;
-            parts.scene.stand_up(Orientation { up: axis, front_is_known: false });
+            parts.scene.stand_up(Orientation { up: axis, front_is_known: false, ..Orientation::default() });
         }
         Ok(Model::new(parts.scene, parts.warnings))
     }

@@ -10,8 +10,8 @@ use overcoat_load::{
 };
 use overcoat_scene::parameters::slots;
 use overcoat_scene::{
-    AlphaMode, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene,
-    SplatCloud, SplatColorSpace, Workflow,
+    AlphaMode, ColorSpace, Light, LightKind, Material, PrimitiveKind, Projection, Scene, SplatCloud,
+    SplatColorSpace, Workflow,
 };
 use serde::Serialize;
 use std::fmt::Write;
@@ -174,16 +174,16 @@ impl Contents {
             bounds.min[k] += scene.origin()[k];
             bounds.max[k] += scene.origin()[k];
         }
-        let Orientation { up, front_is_known } = scene.orientation();
+        let orientation = scene.orientation();
         Self {
             file,
             format: model.format().map(Format::extension),
             triangles: scene.count_of(PrimitiveKind::Triangles),
             lines: scene.count_of(PrimitiveKind::Lines),
             points: scene.count_of(PrimitiveKind::Points),
-            up_axis: up.name(),
-            front_axis: up.front().name(),
-            front_is_known,
+            up_axis: orientation.up.name(),
+            front_axis: orientation.front().name(),
+            front_is_known: orientation.front_is_known,
             vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
             instances: scene.instances().len(),
             meshes: scene.meshes().len(),

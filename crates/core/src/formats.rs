@@ -24,8 +24,8 @@ const fn format(
 
 /// glTF 2.0 as JSON.
 pub const GLTF: FileFormat = format("glTF 2.0", &["gltf"], "model/gltf+json");
-/// glTF 2.0 in its binary container.
-pub const GLB: FileFormat = format("glTF 2.0, binary", &["glb"], "model/gltf-binary");
+/// glTF 2.0 in its binary container; `vrm` where that is an avatar.
+pub const GLB: FileFormat = format("glTF 2.0, binary", &["glb", "vrm"], "model/gltf-binary");
 /// Wavefront OBJ.
 pub const OBJ: FileFormat = format("Wavefront OBJ", &["obj"], "model/obj");
 /// Stereolithography.

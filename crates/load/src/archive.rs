@@ -6,7 +6,7 @@
 
 use super::LoadError;
 use super::budget::Budget;
-use super::text::quoted;
+use super::text::{percent_decode, quoted};
 use super::warnings::Warnings;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use overcoat_core::limits::Limits;
@@ -48,13 +48,20 @@ pub(crate) struct Archive<'a> {
     entries: BTreeMap<String, Entry>,
 }
 
-/// Part names are compared without regard to the case of ASCII letters (ECMA-376 part 2, 6.2.2.3), and begin with a
-/// slash in references, without one in archives.
-fn part_name(name: &str) -> String {
-    name.trim_start_matches(['/', '\\'])
-        .chars()
-        .map(|c| if c == '\\' { '/' } else { c.to_ascii_lowercase() })
-        .collect()
+/// A part's name as names are compared: without regard to the case of ASCII letters and to what is percent-encoded, and
+/// without segments of dots (ECMA-376 part 2, 6.2.2 and annex A). They begin with a slash in references, without one in
+/// archives, and archives have the characters of IRIs as they are or encoded.
+pub(super) fn part_name(name: &str) -> String {
+    let name = percent_decode(name).to_ascii_lowercase();
+    let mut segments: Vec<&str> = Vec::new();
+    for segment in name.split(['/', '\\']) {
+        match segment {
+            "" | "." => {}
+            ".." => drop(segments.pop()),
+            _ => segments.push(segment),
+        }
+    }
+    segments.join("/")
 }
 
 fn part_name_of(bytes: &[u8]) -> String {

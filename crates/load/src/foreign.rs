@@ -118,7 +118,7 @@ fn well_known(bytes: &[u8]) -> Option<&'static str> {
 }
 
 /// How names of models end.
-const MODELS: [&str; 6] = [".glb", ".gltf", ".obj", ".stl", ".ply", ".3mf"];
+const MODELS: [&str; 7] = [".glb", ".vrm", ".gltf", ".obj", ".stl", ".ply", ".3mf"];
 
 /// What an archive holds.
 fn packed(bytes: &[u8]) -> Cow<'static, str> {

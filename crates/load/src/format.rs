@@ -59,14 +59,14 @@ impl Format {
     }
 
     /// Which axis of its files is up, and whether it says so of their front: glTF is +Y up and faces +Z by its
-    /// specification; 3MF is +Z up by its own, and STL by the custom of printing; slicers show both from -Y. OBJ and PLY say
+    /// specification (avatars of VRM 0 face -Z, as their files say); 3MF is +Z up by its own, and STL by the custom of printing; slicers show both from -Y. OBJ and PLY say
     /// nothing: most are +Y up.
     #[must_use]
     pub fn orientation(self) -> Orientation {
         match self {
-            Self::Gltf | Self::Glb => Orientation { up: Axis::PositiveY, front_is_known: true },
-            Self::Stl | Self::ThreeMf => Orientation { up: Axis::PositiveZ, front_is_known: true },
-            Self::Obj | Self::Ply => Orientation { up: Axis::PositiveY, front_is_known: false },
+            Self::Gltf | Self::Glb => Orientation { up: Axis::PositiveY, ..Orientation::default() },
+            Self::Stl | Self::ThreeMf => Orientation { up: Axis::PositiveZ, ..Orientation::default() },
+            Self::Obj | Self::Ply => Orientation { front_is_known: false, ..Orientation::default() },
         }
     }
 
@@ -124,11 +124,14 @@ impl Format {
 /// True if the first line that is not a comment begins with a keyword of OBJ.
 fn starts_like_obj(text: &[u8]) -> bool {
     const KEYWORDS: [&[u8]; 10] = [b"v", b"vt", b"vn", b"f", b"l", b"o", b"g", b"s", b"mtllib", b"usemtl"];
+    // In capitals single letters begin other texts too.
+    const SHOUTED: [&[u8]; 5] = [b"V", b"VT", b"VN", b"MTLLIB", b"USEMTL"];
     let head = text.get(..1 << 16).unwrap_or(text);
     let mut lines = head.split(|&b| b == b'\n' || b == b'\r').map(<[u8]>::trim_ascii_start);
     let Some(line) = lines.find(|line| !line.is_empty() && !line.starts_with(b"#")) else { return false };
     let word = line.split(|b| b.is_ascii_whitespace()).next().unwrap_or(&[]);
-    KEYWORDS.contains(&word) && line.len() > word.len() && !line.contains(&0)
+    let shouted = || SHOUTED.contains(&word);
+    (KEYWORDS.contains(&word) || shouted()) && line.len() > word.len() && !line.contains(&0)
 }
 
 #[cfg(test)]
@@ -144,7 +147,9 @@ mod tests {
             bytes.resize(84 + 50 * triangles as usize, 7);
             bytes
         };
-        let cases: [(&[u8], Option<Format>); 17] = [
+        let cases: [(&[u8], Option<Format>); 19] = [
+            (b"V 0 0 0\nV 1 0 0\n", Some(Format::Obj)),
+            (b"G 28\n", None),
             (b"\xef\xbb\xbfply\nformat", Some(Format::Ply)),
             (b"PLY \nformat", Some(Format::Ply)),
             (b"glTF\x02\0\0\0", Some(Format::Glb)),
@@ -171,6 +176,7 @@ mod tests {
     #[test]
     fn names() {
         assert_eq!(Format::from_extension("GLB"), Some(Format::Glb));
+        assert_eq!(Format::from_extension("vrm"), Some(Format::Glb));
         assert_eq!(Format::from_name("stl"), Some(Format::Stl));
         assert_eq!(Format::from_extension("png"), None);
     }

@@ -84,6 +84,10 @@ pub(super) fn folder_of(name: &str) -> &str {
 fn places(folder: &str, name: &str) -> Vec<String> {
     let portable = name.trim().trim_matches(['"', '\'']).replace('\\', "/");
     let portable = portable.strip_prefix("./").unwrap_or(&portable);
+    // Poser separates folders by colons, as the Macintosh did: `:Runtime:Textures:t.png`.
+    let colons = !portable.contains('/') && (portable.starts_with(':') || portable.matches(':').count() > 1);
+    let with_slashes = colons.then(|| portable.replace(':', "/"));
+    let portable = with_slashes.as_deref().map_or(portable, |portable| portable.trim_start_matches('/'));
     let mut out = Vec::new();
     let mut add = |name: &str| {
         for place in [joined(folder, name), name.to_owned()] {
@@ -137,6 +141,9 @@ mod tests {
             all("", r#""C:\work\tex\my t.png""#),
             "C:/work/tex/my t.png work/tex/my t.png tex/my t.png my t.png"
         );
+        assert_eq!(all("", ":Runtime:Textures:t.png"), "Runtime/Textures/t.png Textures/t.png t.png");
+        assert_eq!(all("m", "Runtime:Textures:t.png").split(' ').next(), Some("m/Runtime/Textures/t.png"));
+        assert_eq!(all("", ":t.png"), "t.png");
         assert_eq!(all("", "/home/x/t.png"), "/home/x/t.png home/x/t.png x/t.png t.png");
         assert_eq!(all("m", r"\\server\share\t.png").split(' ').next_back(), Some("t.png"));
         assert_eq!(all("", "a/b/c/d/e/f/g/h/t.png").split(' ').count(), 7);

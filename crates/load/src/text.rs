@@ -47,6 +47,11 @@ impl<'a> Tokens<'a> {
         float(self.next()?)
     }
 
+    /// Bytes that have not been read.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        self.rest
+    }
+
     /// Number of the line that the last token stands on, from 1.
     pub(super) fn line(&self) -> usize {
         line_of(self.bytes, self.rest)
@@ -253,6 +258,37 @@ pub(super) fn integer(token: &[u8]) -> Option<i64> {
         value = value.checked_mul(10)?.checked_add(digit.into())?;
     }
     if negative { value.checked_neg() } else { Some(value) }
+}
+
+/// Replaces `%20` and the like. What is not UTF-8 then stays as it was written.
+pub(super) fn percent_decode(text: &str) -> String {
+    if !text.contains('%') {
+        return text.to_owned();
+    }
+    String::from_utf8(percent_decode_bytes(text)).unwrap_or_else(|_| text.to_owned())
+}
+
+pub(super) fn percent_decode_bytes(text: &str) -> Vec<u8> {
+    let digit = |b: u8| char::from(b).to_digit(16).map(|digit| digit as u8);
+    let mut rest = text.as_bytes();
+    let mut out = Vec::with_capacity(rest.len());
+    while let Some((&byte, others)) = rest.split_first() {
+        rest = others;
+        let decoded = match others {
+            [high, low, behind @ ..] if byte == b'%' => {
+                digit(*high).zip(digit(*low)).map(|(high, low)| (high << 4 | low, behind))
+            }
+            _ => None,
+        };
+        out.push(match decoded {
+            Some((decoded, behind)) => {
+                rest = behind;
+                decoded
+            }
+            None => byte,
+        });
+    }
+    out
 }
 
 #[cfg(test)]

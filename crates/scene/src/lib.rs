@@ -309,27 +309,26 @@ impl Scene {
     }
 
     /// Turns everything that a file has placed so far (draws, lights, cameras), in its own coordinates, so that the axis
-    /// that is up there becomes +Y and its [`Axis::front`] +Z. Coordinates and signs are exchanged, no bit is lost.
+    /// that is up there becomes +Y and its [front](Orientation::front) +Z. Coordinates and signs are exchanged, no bit is lost.
     pub fn stand_up(&mut self, orientation: Orientation) {
         self.orientation = orientation;
-        let up = orientation.up;
-        if up == Axis::PositiveY {
+        if orientation.up == Axis::PositiveY && !orientation.is_turned {
             return;
         }
         for instance in &mut self.instances {
-            instance.transform = instance.transform.upright(up);
+            instance.transform = instance.transform.upright(orientation);
         }
         self.change();
         self.relight();
-        self.origin = up.upright(self.origin);
+        self.origin = orientation.upright(self.origin);
         for instance in &mut self.splat_instances {
-            instance.transform = instance.transform.upright(up);
+            instance.transform = instance.transform.upright(orientation);
         }
         for light in &mut self.lights {
-            *light = framing::orientation::upright_light(light, up);
+            *light = framing::orientation::upright_light(light, orientation);
         }
         for camera in &mut self.cameras {
-            *camera = framing::orientation::upright_camera(camera, up);
+            *camera = framing::orientation::upright_camera(camera, orientation);
         }
     }
 

@@ -47,7 +47,8 @@ pub const MAX_VERTICES: usize = 1 << 31;
 pub struct Surfels {
     /// Radius of the disc of each vertex, in object space. Empty: 0.
     pub radii: Vec<f32>,
-    /// Unit normal of each vertex in object space, of either sign, for meshes that have none. Zero: none.
+    /// Unit normal of each vertex in object space, of either sign, for meshes that have none or lack some: then those of the
+    /// mesh are among them. Zero: none.
     pub normals: Vec<[f32; 3]>,
     /// Radius in pixels that is added to the others as the sides of a right triangle are.
     pub least_radius: f32,
@@ -183,11 +184,12 @@ impl Mesh {
     #[inline]
     #[must_use]
     pub fn shading_normals(&self) -> &[[f32; 3]] {
-        if self.data.normals.is_empty() {
-            self.surfels.get().map_or(&[], |surfels| &surfels.normals)
-        } else {
-            &self.data.normals
+        let own = &self.data.normals;
+        if !own.is_empty() && self.data.kind != PrimitiveKind::Points {
+            return own;
         }
+        let found = self.surfels.get().map(|surfels| &surfels.normals);
+        found.filter(|found| !found.is_empty()).unwrap_or(own)
     }
     /// Object-space box around the vertices of triangles, lines and points that can be seen: not of triangles without area
     /// and lines without length, unless there is nothing else.

@@ -1,6 +1,6 @@
 //! Affine transforms in double precision.
 
-use super::{Axis, SceneError};
+use super::{Orientation, SceneError};
 use glam::{DMat4, DQuat, DVec3};
 
 /// An affine map from object to world space, kept in `f64` and rounded once where it is used.
@@ -127,9 +127,9 @@ impl Transform {
         Self { rows }
     }
 
-    /// The same map into the scene of a file in which an axis is up.
-    pub(super) fn upright(&self, up: Axis) -> Self {
-        let turned: [[f64; 3]; 4] = std::array::from_fn(|c| up.upright(self.rows.map(|row| row[c])));
+    /// The same map into the scene of a file whose axes lie so.
+    pub(super) fn upright(&self, file: Orientation) -> Self {
+        let turned: [[f64; 3]; 4] = std::array::from_fn(|c| file.upright(self.rows.map(|row| row[c])));
         Self { rows: std::array::from_fn(|r| turned.map(|column| column[r])) }
     }
 

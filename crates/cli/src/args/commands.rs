@@ -152,7 +152,7 @@ pub struct AnimateArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  overcoat info car.glb\n  overcoat info car.glb --json")]
 pub struct InfoArgs {
-    /// Model file (.glb, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
+    /// Model file (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
     #[arg(value_name = "IN")]
     pub input: PathBuf,
 
@@ -202,7 +202,7 @@ const CELL_SIZE: &str = "Width and height of a cell in pixels; one number makes 
 A model that fails, or shows nothing, gets a cell with the reason. The sheet is written all the same, and the exit code is
 1.")]
 pub struct SheetArgs {
-    /// Model files (.glb, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
+    /// Model files (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
     #[arg(value_name = "IN", required = true)]
     pub inputs: Vec<PathBuf>,
 
@@ -265,7 +265,7 @@ difference of what a screen shows, four times as strong: black where both agree.
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 the pictures differ (--exit-code)")]
 pub struct DiffArgs {
-    /// Model file as it was, and as it is (.glb, .gltf, .obj, .stl, .ply, .3mf)
+    /// Model file as it was, and as it is (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf)
     #[arg(value_names = ["BEFORE", "AFTER"], num_args = 2, required = true)]
     pub models: Vec<PathBuf>,
 
@@ -295,7 +295,7 @@ materials of --material and the renderer stay, and one pass over all models come
 counted. Times are wall-clock milliseconds; processor time is user and system time of the whole process \
 over the counted frames.")]
 pub struct BenchArgs {
-    /// Model files (.glb, .gltf, .obj, .stl, .ply, .3mf), or - for standard input; of several, a new one each frame
+    /// Model files (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf), or - for standard input; of several, a new one each frame
     #[arg(value_name = "IN", required_unless_present = "scene")]
     pub inputs: Vec<PathBuf>,
 

@@ -67,7 +67,7 @@ impl From<&EncodingArgs> for PictureEncodingArgs {
 /// One model, and how it is drawn.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
-    /// Model file (.glb, .gltf, .obj, .stl, .ply, .3mf; also in gzip or Zstandard), a pipe, or - for standard input
+    /// Model file (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf; also in gzip or Zstandard), a pipe, or - for standard input
     #[arg(value_name = "IN", required_unless_present = "scene", help_heading = None::<&str>)]
     pub input: Option<PathBuf>,
 

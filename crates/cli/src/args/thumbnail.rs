@@ -15,7 +15,7 @@ const THREADS: &str = "Worker threads, 0 to 256; 0 stands for one per processor,
   overcoat thumbnail part.stl part.png
   overcoat thumbnail --size 512 file:///home/me/my%20car.glb car.png")]
 pub struct ThumbnailArgs {
-    /// Model file (.glb, .gltf, .obj, .stl, .ply, .3mf; also in gzip or Zstandard) or its file:// URI, or - for standard input
+    /// Model file (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf; also in gzip or Zstandard) or its file:// URI, or - for standard input
     #[arg(value_name = "IN", value_parser = value_parsers::file_or_uri())]
     pub input: PathBuf,
 

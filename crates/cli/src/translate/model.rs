@@ -6,7 +6,7 @@ use crate::output_file::{Encoded, check_file, check_standard_output, is_standard
 use crate::progress::Progress;
 use overcoat_core::limits::Limits;
 use overcoat_lab::lab::{Translation, Translator};
-use overcoat_load::{OwnTextures, Put, Rewriter, has_folder, read_input};
+use overcoat_load::{Format, OwnTextures, Put, Rewriter, has_folder, read_input};
 use overcoat_scene::{Material, ShadingModel};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -17,7 +17,9 @@ const SHAPES: [&str; 3] = ["normal_texture", "occlusion_texture", "coat_normal_t
 
 /// True of names of glTF files.
 pub(super) fn is_model(path: &Path) -> bool {
-    path.extension().is_some_and(|e| ["glb", "gltf"].iter().any(|known| e.eq_ignore_ascii_case(known)))
+    path.extension().is_some_and(|e| {
+        e.to_str().and_then(Format::from_extension).is_some_and(|f| matches!(f, Format::Glb | Format::Gltf))
+    })
 }
 
 /// A glTF file, its copy, and which of its materials are changed.

@@ -276,6 +276,18 @@ impl Animation {
         self.tracks.iter().map(|(_, curve)| curve.end()).fold(0.0, |a, b| if b > a { b } else { a })
     }
 
+    /// Moments of all key frames in seconds, ascending, from 0 on; evenly chosen among them if there are more than `most`.
+    pub(super) fn moments(&self, most: usize) -> Vec<f64> {
+        let keys = self.tracks.iter().flat_map(|(_, curve)| curve.times());
+        let mut all: Vec<f64> = keys.map(|&time| f64::from(time)).filter(|&time| time > 0.0).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all.dedup();
+        let step = all.len().div_ceil(most.max(1)).max(1);
+        // The last one is among them.
+        let skipped = all.len().checked_sub(1).and_then(|last| last.checked_rem(step)).unwrap_or(0);
+        std::iter::once(0.0).chain(all.into_iter().skip(skipped).step_by(step)).collect()
+    }
+
     /// What it has changed at a time.
     pub(super) fn pose(&self, time: f64) -> Pose {
         let mut pose = Pose::default();

@@ -7,7 +7,7 @@ use super::model::{BufferView, Compressed, Root};
 use super::source::Source;
 use crate::budget::Budget;
 use crate::nearby::Nearby;
-use crate::text::quoted;
+use crate::text::{percent_decode, percent_decode_bytes, quoted};
 use crate::warnings::Warnings;
 use crate::{Context, LoadError};
 use base64::Engine;
@@ -413,37 +413,6 @@ fn data_uri(rest: &str, what: &str, budget: &mut Budget) -> Result<Vec<u8>, Load
         }
         BASE64.decode(plain).map_err(|_| malformed(format!("{what}: its data URI is not base64: {error}")))
     })
-}
-
-/// Replaces `%20` and the like. What is not UTF-8 then stays as it was written.
-fn percent_decode(text: &str) -> String {
-    if !text.contains('%') {
-        return text.to_owned();
-    }
-    String::from_utf8(percent_decode_bytes(text)).unwrap_or_else(|_| text.to_owned())
-}
-
-fn percent_decode_bytes(text: &str) -> Vec<u8> {
-    let digit = |b: u8| char::from(b).to_digit(16).map(|digit| digit as u8);
-    let mut rest = text.as_bytes();
-    let mut out = Vec::with_capacity(rest.len());
-    while let Some((&byte, others)) = rest.split_first() {
-        rest = others;
-        let decoded = match others {
-            [high, low, behind @ ..] if byte == b'%' => {
-                digit(*high).zip(digit(*low)).map(|(high, low)| (high << 4 | low, behind))
-            }
-            _ => None,
-        };
-        out.push(match decoded {
-            Some((decoded, behind)) => {
-                rest = behind;
-                decoded
-            }
-            None => byte,
-        });
-    }
-    out
 }
 
 #[cfg(test)]

@@ -36,44 +36,103 @@ pub(super) fn split<'a>(
         ));
     }
     let whole = usize::try_from(length).ok().and_then(|length| bytes.get(..length));
-    if let Some(Ok(parts)) = whole.map(chunks) {
-        return Ok(parts);
+    if let Some(Ok(found)) = whole.map(|container| chunks(container, 0)) {
+        return Ok(found.parts(None, warnings));
     }
-    match chunks(bytes) {
+    match chunks(bytes, 0).or_else(|error| chunks(bytes, PADDING).map_err(|_| error)) {
         // Without a binary chunk nobody knows whether it is missing.
-        Ok(parts) if whole.is_some() || parts.1.is_some() => {
-            warnings
-                .add(|| format!("the container says that it has {length} bytes; {} are read", bytes.len()));
-            Ok(parts)
+        Ok(found) if whole.is_some() || found.binary.is_some() => {
+            let wrong = whole.is_none_or(|whole| whole.len() != bytes.len());
+            let said = || format!("the container says that it has {length} bytes; {} are read", bytes.len());
+            Ok(found.parts(wrong.then(said), warnings))
         }
         _ if whole.is_none() => {
             Err(malformed(format!("the file is cut off: {} of {length} bytes are there", bytes.len())))
         }
-        other => other,
+        other => other.map(|found| found.parts(None, warnings)),
     }
 }
 
+/// Most bytes of padding that a chunk has.
+const PADDING: usize = 3;
+
 /// The two chunks of a container.
-fn chunks(container: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
+struct Chunks<'a> {
+    json: &'a [u8],
+    binary: Option<&'a [u8]>,
+    /// A fault of their padding, in words.
+    remark: Option<String>,
+}
+
+impl<'a> Chunks<'a> {
+    /// The chunks, with one warning about all that is wrong.
+    fn parts(self, length: Option<String>, warnings: &mut Warnings) -> (&'a [u8], Option<&'a [u8]>) {
+        let remarks: Vec<String> = length.into_iter().chain(self.remark).collect();
+        if !remarks.is_empty() {
+            warnings.add(|| remarks.join("; "));
+        }
+        (self.json, self.binary)
+    }
+}
+
+/// The two chunks of a container, whose binary chunk may lack so many bytes at its end.
+fn chunks(container: &[u8], lacking: usize) -> Result<Chunks<'_>, LoadError> {
     let chunks = words::<3>(container).map_or(&[][..], |(_, chunks)| chunks);
     let no_text = || LoadError::malformed(FORMAT, "the first chunk of the container is not JSON");
-    let (json, rest) = chunk(chunks, b"JSON", "JSON")?.ok_or_else(no_text)?;
-    // Chunks are padded to four bytes.
-    let binary =
-        rest.get(padding(json.len() as u64)..).map(|rest| chunk(rest, b"BIN\0", "BIN")).transpose()?;
-    Ok((without_padding(json), binary.flatten().map(|(binary, _)| binary)))
+    let (json, _) = chunk(chunks, b"JSON", "JSON", 0)?.ok_or_else(no_text)?;
+    let text = chunks.get(8..).unwrap_or_default();
+    let (end, next) = boundary(text, json.len());
+    let binary = text.get(next..).map(|rest| chunk(rest, b"BIN\0", "BIN", lacking)).transpose()?.flatten();
+    let aligned = json.len() % 4 == 0 && next == json.len();
+    let remark = binary.filter(|_| !aligned || lacking > 0).map(|(binary, _)| match aligned {
+        false => "the JSON chunk of the container is not padded to four bytes".to_owned(),
+        true => {
+            format!("the BIN chunk of the container ends after {} bytes, before its padding", binary.len())
+        }
+    });
+    let json = text.get(..end).unwrap_or(json);
+    Ok(Chunks { json: without_padding(json), binary: binary.map(|(binary, _)| binary), remark })
+}
+
+/// End of a JSON text that claims so many bytes of `chunks`, and where the next chunk begins.
+///
+/// Chunks begin and end at multiples of four bytes (glTF 2.0, 4.4.3). Writers leave the padding out, or leave it out of the
+/// length, or count what they have not written: the binary chunk is where its name is.
+fn boundary(chunks: &[u8], claimed: usize) -> (usize, usize) {
+    let padded = claimed.saturating_add(padding(claimed as u64));
+    let is_binary = |at: &usize| chunks.get(*at..).and_then(words).is_some_and(is_binary);
+    let is_blank = |at: &usize| {
+        chunks.get(claimed..*at).is_none_or(|between| between.iter().all(|byte| matches!(byte, b' ' | 0)))
+    };
+    let near = claimed..=claimed.saturating_add(7);
+    let before = claimed.saturating_sub(PADDING)..claimed;
+    let places = [padded].into_iter().chain(near).chain(before.rev());
+    let next = places.filter(is_blank).find(is_binary).unwrap_or(padded);
+    (claimed.min(next), next)
+}
+
+/// True for the header of a binary chunk.
+fn is_binary(([_, kind], _): ([u32; 2], &[u8])) -> bool {
+    kind.to_le_bytes() == *b"BIN\0"
 }
 
 /// A chunk and what follows it.
 type Parts<'a> = (&'a [u8], &'a [u8]);
 
-/// The chunk at the front; `None` if that is of another kind.
-fn chunk<'a>(bytes: &'a [u8], kind: &[u8; 4], name: &str) -> Result<Option<Parts<'a>>, LoadError> {
+/// The chunk at the front, which may lack so many bytes at its end; `None` if it is of another kind.
+fn chunk<'a>(
+    bytes: &'a [u8],
+    kind: &[u8; 4],
+    name: &str,
+    lacking: usize,
+) -> Result<Option<Parts<'a>>, LoadError> {
     let Some(([length, found], rest)) = words(bytes) else { return Ok(None) };
     if found.to_le_bytes() != *kind {
         return Ok(None);
     }
-    let parts = usize::try_from(length).ok().and_then(|length| rest.split_at_checked(length));
+    let least = usize::try_from(length).ok().map(|length| (length.saturating_sub(lacking), length));
+    let there = least.filter(|&(least, _)| least <= rest.len()).map(|(_, length)| length.min(rest.len()));
+    let parts = there.and_then(|length| rest.split_at_checked(length));
     let cut_off = || format!("the {name} chunk claims {length} bytes; {} are left", rest.len());
     parts.map(Some).ok_or_else(|| LoadError::malformed(FORMAT, cut_off()))
 }
@@ -108,8 +167,8 @@ pub fn join(container: &[u8], json: &[u8]) -> Result<Vec<u8>, LoadError> {
     // What a header of a right length leaves out is no part of the file.
     let whole = usize::try_from(length).ok().and_then(|length| length.checked_sub(20));
     let chunks = whole.and_then(|length| chunks.get(..length)).unwrap_or(chunks);
-    let behind = u64::from(claimed).saturating_add(padding(claimed.into()) as u64);
-    let others = usize::try_from(behind).ok().and_then(|behind| chunks.get(behind..)).unwrap_or_default();
+    let behind = usize::try_from(claimed).ok().map(|claimed| boundary(chunks, claimed).1);
+    let others = behind.and_then(|behind| chunks.get(behind..)).unwrap_or_default();
     let padded = json.len().saturating_add(padding(json.len() as u64));
     let total = padded.saturating_add(others.len()).saturating_add(20);
     let size = |length: usize| {
@@ -145,7 +204,7 @@ pub(super) fn locate(file: &Shared<'_>, size: u64) -> Option<(Vec<u8>, (u64, u64
         return None;
     }
     let (start, length) = chunk(12, end, b"JSON")?;
-    let behind = start.checked_add(length)?.checked_add(padding(length) as u64)?;
+    let behind = start.checked_add(length).filter(|_| padding(length) == 0)?;
     let binary = chunk(behind, end, b"BIN\0")?;
     let mut json = vec![0; usize::try_from(length).ok()?];
     file.read(start, &mut json).ok()?;
@@ -166,6 +225,9 @@ mod tests {
         let mut file = b"glTF\x02\0\0\0\x28\0\0\0\x04\0\0\0JSON{}  \x08\0\0\0BIN\0abcdefgh".to_vec();
         let (json, binary) = quiet(&file).unwrap();
         assert_eq!((json, binary), (&b"{}  "[..], Some(&b"abcdefgh"[..])));
+        // Bytes that are missing at the end may be padding that is counted and not written.
+        file.truncate(37);
+        assert_eq!(quiet(&file).unwrap(), (&b"{}  "[..], Some(&b"abcde"[..])));
         while file.len() > 4 {
             file.pop();
             quiet(&file).unwrap_err();
@@ -213,6 +275,55 @@ mod tests {
             assert_eq!((json, binary), (&b"{}  "[..], Some(&b"abcdefgh"[..])), "{length}");
             let message = format!("the container says that it has {length} bytes; 40 are read");
             assert_eq!(warnings.finish()[0].message, message);
+        }
+    }
+
+    #[test]
+    fn padding_may_be_missing_or_not_counted() {
+        let unpadded = "the JSON chunk of the container is not padded to four bytes";
+        let container = |json: &[u8], claimed: u8, binary: &[u8], counted: u8| {
+            let mut file = [b"glTF\x02\0\0\0\0\0\0\0", &[claimed, 0, 0, 0][..], b"JSON", json].concat();
+            file.extend([&[counted, 0, 0, 0][..], b"BIN\0", binary].concat());
+            file[8] = file.len() as u8;
+            file
+        };
+        let text = &b"{\"a\":1}"[..];
+        let cases = [
+            // Neither written nor counted; written and not counted; counted and not written; to eight bytes.
+            (text, 7, &b"abcdefgh"[..], 8, Some(unpadded)),
+            (b"{\"a\":1} ", 7, b"abcdefgh", 8, Some(unpadded)),
+            (text, 8, b"abcdefgh", 8, Some(unpadded)),
+            (b"{\"a\":11}    \0", 8, b"abcdefgh", 8, Some(unpadded)),
+            (text, 7, b"abcdef", 8, Some(unpadded)),
+            (text, 7, b"abcdef", 6, Some(unpadded)),
+            (
+                b"{\"a\":1} ",
+                8,
+                b"abcdef",
+                8,
+                Some("the BIN chunk of the container ends after 6 bytes, before its padding"),
+            ),
+            (b"{\"a\":1} ", 8, b"abcdef", 6, None),
+        ];
+        for (json, claimed, binary, counted, said) in cases {
+            let file = container(json, claimed, binary, counted);
+            let mut warnings = Warnings::default();
+            let found = split(&file, &mut warnings).unwrap();
+            assert_eq!(
+                (found.0.trim_ascii_end(), found.1),
+                (&json[..=json.iter().rposition(|&byte| byte == b'}').unwrap()], Some(binary))
+            );
+            let warnings: Vec<String> =
+                warnings.finish().into_iter().map(|warning| warning.message).collect();
+            assert_eq!(warnings, Vec::from_iter(said.map(str::to_owned)));
+            let joined = join(&file, b"{\"bc\":23}").unwrap();
+            assert_eq!(split(&joined, &mut Warnings::default()).unwrap().1, Some(binary));
+            // A wrong length of the whole is part of the same warning.
+            let mut file = file;
+            file[8] += 1;
+            let mut warnings = Warnings::default();
+            assert_eq!(split(&file, &mut warnings).unwrap().1, Some(binary));
+            assert_eq!(warnings.finish().len(), 1);
         }
     }
 

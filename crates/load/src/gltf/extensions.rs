@@ -47,6 +47,9 @@ const DRAWN: &[&str] = &[
     "KHR_texture_transform",
     "KHR_xmp",
     "KHR_xmp_json_ld",
+    "VRMC_node_constraint",
+    "VRMC_springBone",
+    "VRMC_vrm",
 ];
 
 /// Extensions whose absence changes how surfaces look or move, but not what is there. Files may require them and
@@ -55,6 +58,7 @@ const LOOK: &[(&str, &str)] = &[
     ("EXT_lights_ies", "such lights shine evenly"),
     ("EXT_lights_image_based", "the chosen environment is used instead"),
     ("KHR_materials_volume_scatter", "drawn without scattering"),
+    ("VRM", "the avatar is drawn with glTF's materials, without toon shading"),
 ];
 
 /// Extensions that hold the data itself. A file that merely uses one has a substitute; one that requires it is drawn
@@ -100,6 +104,17 @@ pub(super) fn check(root: &Root, warnings: &mut Warnings) -> Option<LoadError> {
     (!list.is_empty()).then(|| LoadError::unsupported(FORMAT, message))
 }
 
+/// True for avatars of VRM 0, which face -Z; those of VRM 1 (`VRMC_vrm`) face +Z, as glTF has it. Files that are both are
+/// taken as the newer one.
+///
+/// Sources: VRM 0.0 specification, "Coordinate system"; VRM 1.0 specification, `VRMC_vrm-1.0/README.md`.
+pub(super) fn is_vrm0(root: &Root) -> bool {
+    let uses = |name: &str| root.extensions_used.iter().any(|used| used == name);
+    let is = |name: &str, own: bool| own || uses(name);
+    let extensions = &root.extensions;
+    is("VRM", extensions.vrm0.is_some()) && !is("VRMC_vrm", extensions.vrm1.is_some())
+}
+
 /// True for everything about materials: the geometry is intact without it.
 fn is_look(name: &str) -> bool {
     name.contains("_materials_") || LOOK.iter().any(|(known, _)| *known == name)
@@ -124,7 +139,9 @@ mod tests {
                 let mut cells = line.strip_prefix("| `")?.split('|').map(str::trim);
                 Some((cells.next()?.trim_end_matches('`'), cells.next()?))
             })
-            .filter(|(name, _)| name.split('_').next().is_some_and(|p| ["KHR", "EXT", "MSFT"].contains(&p)))
+            .filter(|(name, _)| {
+                name.split('_').next().is_some_and(|p| ["KHR", "EXT", "MSFT", "VRM", "VRMC"].contains(&p))
+            })
             .collect();
         let names = |list: &[(&'static str, &str)]| list.iter().map(|(name, _)| *name).collect::<Vec<_>>();
         for (list, state) in [

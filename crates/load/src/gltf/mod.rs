@@ -38,6 +38,7 @@ mod pointer;
 mod pose;
 mod properties;
 mod repair;
+mod rest;
 mod rewrite;
 mod rig;
 mod sample;
@@ -72,7 +73,7 @@ use model::Root;
 use overcoat_core::built::Splats;
 use overcoat_core::formats::LEFT_OUT;
 use overcoat_core::limits::Limits;
-use overcoat_scene::{Material, Scene, SplatCloud, Texture, TextureId};
+use overcoat_scene::{Material, Orientation, Scene, SplatCloud, Texture, TextureId};
 use rig::{Drawn, PoseKey};
 use shape::{Shape, Topological};
 use skin::Skin;
@@ -127,10 +128,39 @@ pub(crate) fn read_file(
     read_parts(&text, Some(binary), options, purpose, context, Warnings::default()).map(Some)
 }
 
-/// Reads the JSON text and the binary chunk of a file.
+/// Reads the JSON text and the binary chunk of a file, with an animation that shows something if the file has only that.
 fn read_parts(
     text: &[u8],
     binary: Option<Source<'_>>,
+    options: &LoadOptions,
+    purpose: Purpose,
+    context: &Context<'_>,
+    warnings: Warnings,
+) -> Result<Rig, LoadError> {
+    let chosen = options.animation.as_ref().map(|choice| Played::Chosen(&choice.name));
+    let read = |played| read_playing(text, binary, played, options, purpose, context, warnings.clone());
+    let rig = read(chosen.unwrap_or(Played::None))?;
+    Ok(match options.animation {
+        None => rest::or_first_visible(rig, |index| read(Played::Numbered(index)), context.jobs),
+        Some(_) => rig,
+    })
+}
+
+/// The animation that is played.
+#[derive(Clone, Copy)]
+enum Played<'a> {
+    None,
+    /// By its name or number in an option.
+    Chosen(&'a str),
+    /// By its number in the file.
+    Numbered(usize),
+}
+
+/// Reads the JSON text and the binary chunk of a file whose animation is chosen.
+fn read_playing(
+    text: &[u8],
+    binary: Option<Source<'_>>,
+    played: Played<'_>,
     options: &LoadOptions,
     purpose: Purpose,
     context: &Context<'_>,
@@ -143,12 +173,14 @@ fn read_parts(
     hierarchy::place_loose_meshes(&mut root, &mut warnings);
     let variant = variant::chosen(&root, options.variant.as_deref())?;
     let mut tree = Tree::new(&root, context.limits, &mut warnings)?;
-    let chosen = match &options.animation {
+    let index = match played {
+        Played::None => None,
+        Played::Chosen(name) => Some(animation::choose(&root, name)?),
+        Played::Numbered(index) => Some(index),
+    };
+    let chosen = match index {
         None => None,
-        Some(choice) => {
-            let index = animation::choose(&root, &choice.name)?;
-            Some((index, animation::channels(&root, index, context.limits, &mut warnings)?))
-        }
+        Some(index) => Some((index, animation::channels(&root, index, context.limits, &mut warnings)?)),
     };
     let channels = chosen.as_ref().map(|(_, channels)| channels);
 
@@ -184,7 +216,8 @@ fn read_parts(
     let (skins, warnings) = (loader.skins, loader.warnings);
     let animation = chosen.as_ref().map(|(index, _)| *index).zip(animation);
     let far = Far::default();
-    let orientation = options.orientation(Format::Gltf.orientation());
+    let is_turned = extensions::is_vrm0(&root);
+    let orientation = options.orientation(Orientation { is_turned, ..Format::Gltf.orientation() });
     let mut rig = Rig {
         root,
         tree,
@@ -196,6 +229,7 @@ fn read_parts(
         draws,
         contents,
         animation,
+        stands_in: None,
         animations,
         far,
         orientation,

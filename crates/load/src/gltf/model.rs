@@ -62,6 +62,10 @@ object!(RootExtensions {
     lights: Option<Lights>,
     #[serde(rename = "KHR_materials_variants")]
     variants: Option<Variants>,
+    #[serde(rename = "VRM")]
+    vrm0: Option<IgnoredAny>,
+    #[serde(rename = "VRMC_vrm")]
+    vrm1: Option<IgnoredAny>,
 });
 object!(Variants {
     variants: List<Variant>,

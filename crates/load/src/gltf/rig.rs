@@ -71,6 +71,8 @@ pub(crate) struct Rig {
     pub(super) contents: Vec<Content>,
     /// The animation that is played, with its number.
     pub(super) animation: Option<(usize, Animation)>,
+    /// The moment of it, in seconds, that stands for the pose of the file, in which nothing is visible.
+    pub(super) stands_in: Option<f64>,
     /// Every animation of the file, if that was asked for.
     pub(super) animations: Vec<AnimationInfo>,
     /// What is measured from where.
@@ -99,7 +101,7 @@ impl Rig {
 
     /// Seconds to the last key frame of the animation that is played.
     pub(crate) fn length(&self) -> Option<f64> {
-        self.animation.as_ref().map(|(_, animation)| animation.length())
+        self.animation.as_ref().filter(|_| self.stands_in.is_none()).map(|(_, animation)| animation.length())
     }
 
     /// Makes sure that vertices follow joints that there are: what does not is drawn without its skin, with a warning.
@@ -141,6 +143,7 @@ impl Rig {
     /// # Errors
     /// [`LoadError::Scene`] naming what cannot be part of a scene.
     pub(crate) fn at(&self, time: f64, repeat: bool, jobs: &Jobs) -> Result<Loaded, LoadError> {
+        let time = self.stands_in.unwrap_or(time);
         let mut warnings = self.warnings.clone();
         let pose = self.animation.as_ref().map_or_else(Pose::default, |(index, animation)| {
             let length = animation.length();

@@ -68,6 +68,11 @@ impl Curve {
         (curve, lost)
     }
 
+    /// Seconds of the key frames, ascending.
+    pub(super) fn times(&self) -> &[f32] {
+        &self.times
+    }
+
     /// The time of the last key frame.
     pub(super) fn end(&self) -> f64 {
         self.times.last().copied().map_or(0.0, f64::from)

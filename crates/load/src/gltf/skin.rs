@@ -88,6 +88,12 @@ impl Skin {
         self.joints.len()
     }
 
+    /// True if no joint squeezes what follows it to a line or a point.
+    pub(super) fn keeps_surfaces(&self, places: &Places) -> bool {
+        let keeps = |joint: &Joint| places.transform(joint.place).is_some_and(|t| t.keeps_surfaces());
+        self.joints.iter().all(keeps)
+    }
+
     /// A box around what all joints together may make of a box.
     pub(super) fn reach(&self, bounds: &Bounds, places: &Places) -> Bounds {
         self.joints.iter().enumerate().fold(Bounds::EMPTY, |all, (k, joint)| {

@@ -3,6 +3,7 @@
 use super::maps::{self, Map};
 use super::material::Source;
 use super::mtl;
+use super::udim;
 use crate::budget::Budget;
 use crate::image::{self, Header, Picture, area};
 use crate::mesh_formats::default_material;
@@ -99,6 +100,17 @@ impl<'a> Library<'a> {
         })
     }
 
+    /// True if the material of a name has a picture for each tile of its texture coordinates.
+    pub(super) fn is_tiled(&self, name: &str) -> bool {
+        self.materials.get(name).is_some_and(|(material, _)| udim::is_tiled(material))
+    }
+
+    /// The name of the material, if there is one alone.
+    pub(super) fn only_one(&self) -> Option<&str> {
+        let mut names = self.materials.keys();
+        names.next().filter(|_| names.len() == 0).map(String::as_str)
+    }
+
     /// Adds the materials of these names to a scene, in this order. Unknown ones become the default, with a warning.
     pub(super) fn add(
         &mut self,
@@ -112,14 +124,23 @@ impl<'a> Library<'a> {
         let mut sources: Vec<Option<Source>> = names
             .iter()
             .map(|name| {
-                let Some((material, folder)) = self.materials.get(*name) else {
+                let (name, tile) = udim::split(name);
+                let Some((material, folder)) = self.materials.get(name) else {
                     // Without any library that has been said already.
                     if self.found {
                         warnings.add(|| format!("OBJ: material {} is not defined", quoted(name.as_bytes())));
                     }
                     return None;
                 };
-                Some(Source::new(material, folder, warnings))
+                if !udim::is_tiled(material) {
+                    return Some(Source::new(material, folder, warnings));
+                }
+                let tile = tile.unwrap_or("1001");
+                let mut source = Source::new(&udim::variant(material, tile), folder, warnings);
+                for map in source.maps_mut().into_iter().flatten() {
+                    map.others.extend(udim::first_tile(material, &map.file, tile));
+                }
+                Some(source)
             })
             .collect();
         self.decode(&mut sources, warnings)?;

@@ -13,13 +13,14 @@ mod material;
 mod mtl;
 mod parse;
 mod strokes;
+mod udim;
 
 use super::grouped::Grouped;
 use super::mesh_formats::{add_object, check_input, default_material, finish, white_material};
 use super::origin::{Region, load_about, points_of_text};
 use super::splitting::Variants;
 use super::tangents::add_tangents;
-use super::text::without_mark;
+use super::text::{quoted, without_mark};
 use super::warnings::Warnings;
 use super::warnings::counted;
 use super::{Context, LoadError, Loaded};
@@ -73,9 +74,20 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     }
 
     let mut library = Library::read(context, &obj.libraries, &obj.materials, &mut warnings)?;
+    if obj.materials.is_empty()
+        && !obj.sections.is_empty()
+        && let Some(name) = library.only_one()
+    {
+        let shown = quoted(name.as_bytes());
+        warnings
+            .add(|| format!("OBJ: no face names a material: {shown}, the only one of its library, is drawn"));
+        obj.materials.push(name.to_owned());
+        obj.sections.iter_mut().for_each(|section| section.material = Some(0));
+    }
     let mut scene = Scene::new();
     scene.set_origin(origin.unwrap_or_default().0);
-    let meshes = Meshes::new(&obj, &assembled, context)?;
+    let tiles = udim::tiles(&mut obj, &assembled, &library);
+    let meshes = Meshes::new(&obj, &assembled, &tiles, context)?;
     let strokes = Strokes::new(&obj);
     let keys = [&meshes.keys[..], &strokes.keys].concat();
     let colors =
@@ -104,21 +116,28 @@ struct Meshes {
 }
 
 impl Meshes {
-    fn new(obj: &Obj, assembled: &Assembled, context: &Context<'_>) -> Result<Self, LoadError> {
+    /// `tiles` has the material of each triangle where that is not the one of its section.
+    fn new(
+        obj: &Obj,
+        assembled: &Assembled,
+        tiles: &[Option<u32>],
+        context: &Context<'_>,
+    ) -> Result<Self, LoadError> {
         let mut numbers = BTreeMap::new();
         let mut keys = Vec::new();
         let mut mesh_of = Vec::with_capacity(assembled.section_of.len());
-        let mut current = (u32::MAX, 0);
-        for &section in &assembled.section_of {
-            if current.0 != section
+        let mut current = ((u32::MAX, None), 0);
+        for (t, &section) in assembled.section_of.iter().enumerate() {
+            let tile = tiles.get(t).copied();
+            if current.0 != (section, tile)
                 && let Some(s) = obj.sections.get(section as usize)
             {
-                let key = (s.object, s.material);
+                let key = (s.object, tile.unwrap_or(s.material));
                 let number = *numbers.entry(key).or_insert(keys.len() as u32);
                 if number as usize == keys.len() {
                     keys.push(key);
                 }
-                current = (section, number);
+                current = ((section, tile), number);
             }
             mesh_of.push(current.1);
         }
@@ -244,6 +263,66 @@ mod tests {
             obj.as_bytes(),
             &Context { resolver: &resolver, limits: &Limits::default(), jobs: &Jobs::new(1) },
         )
+    }
+
+    #[test]
+    fn the_only_material_of_a_library_is_that_of_faces_that_name_none() {
+        let triangle = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let (red, blue) = ("newmtl red\nKd 1 0 0\n", "newmtl blue\nKd 0 0 1\n");
+        let color = |text: &str, library: &str| {
+            let loaded = load_files(text, &[("a.mtl", library.as_bytes())]).unwrap();
+            let material = loaded.scene.instances()[0].material;
+            (loaded.scene.materials()[material.index()].base_color, loaded.warnings)
+        };
+        let (found, warnings) = color(triangle, red);
+        assert_eq!(found, [1.0, 0.0, 0.0, 1.0]);
+        let message = "OBJ: no face names a material: 'red', the only one of its library, is drawn";
+        assert_eq!(warnings.iter().map(|w| w.message.as_str()).collect::<Vec<_>>(), [message]);
+        // Of two nobody knows which; and faces without one beside others mean none.
+        let (clay, warnings) = color(triangle, &format!("{red}{blue}"));
+        assert!(clay != found && warnings.is_empty());
+        assert_eq!(color(&format!("{triangle}usemtl red\nf 1 2 3\n"), red).0, clay);
+    }
+
+    #[test]
+    fn tiles_have_pictures_of_their_own() {
+        // A triangle in the first tile, two in the second, one in that above the first.
+        let square = |u: f32, v: f32| format!("vt {u} {v}\nvt {} {v}\nvt {u} {}\n", u + 0.5, v + 0.5);
+        let text = format!(
+            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{}{}{}usemtl m\nf 1/1 2/2 3/3\nf 1/4 2/5 3/6\nf 1/7 2/8 3/9\nf 1/4 2/5 3/6\n",
+            square(0.2, 0.2),
+            square(1.2, 0.2),
+            square(0.2, 1.2),
+        );
+        let pictures = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]].map(|texel| png(&[texel], 1));
+        let load = |map: &str, names: [&str; 3]| {
+            let library = format!("newmtl m\nmap_Kd {map}\n");
+            let files: Vec<(&str, &[u8])> =
+                names.into_iter().zip(&pictures).map(|(name, bytes)| (name, bytes.as_slice())).collect();
+            load_files(&text, &[&[("a.mtl", library.as_bytes())][..], &files].concat()).unwrap()
+        };
+        let found = |loaded: &Loaded| -> Vec<(usize, Option<[u8; 4]>)> {
+            let scene = &loaded.scene;
+            let of = |i: &overcoat_scene::Instance| {
+                let texture = scene.materials()[i.material.index()].base_color_texture;
+                let texel = texture.map(|t| scene.textures()[t.texture.index()].image().texels()[0]);
+                (scene.meshes()[i.mesh.index()].triangles().len(), texel)
+            };
+            scene.instances().iter().map(of).collect()
+        };
+        let [red, green, blue] = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]].map(Some);
+        for map in ["t.<UDIM>.png", "-s 1 1 t.<udim>.png", "t.1001.png"] {
+            let loaded = load(map, ["t.1001.png", "t.1002.png", "t.1011.png"]);
+            assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+            assert_eq!(found(&loaded), [(1, red), (2, green), (1, blue)], "{map}");
+        }
+        // A tile that is not there; a picture that only is called like one.
+        let loaded = load("t.<UDIM>.png", ["t.1001.png", "t.1002.png", "other"]);
+        assert_eq!(found(&loaded), [(1, red), (2, green), (1, None)]);
+        assert!(loaded.warnings.len() == 1 && loaded.warnings[0].message.contains("t.1011.png"));
+        let loaded = load("t.1001.png", ["t.1001.png", "x", "y"]);
+        assert_eq!(found(&loaded), [(1, red), (2, red), (1, red)]);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     }
 
     fn png(texels: &[[u8; 4]], width: u32) -> Vec<u8> {

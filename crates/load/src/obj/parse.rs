@@ -113,6 +113,9 @@ const SHORT_LINE: &str = "lines with less than two vertices left out";
 const FREE_FORM: &str = "statements of free-form curves and surfaces are not drawn";
 const UNKNOWN: &str = "unknown statements ignored";
 
+/// Bytes of the longest keyword that is read.
+const LONGEST: usize = 6;
+
 /// Lines after which the lists are held against the limits.
 const LINES_AT_ONCE: usize = 4096;
 
@@ -301,7 +304,17 @@ impl<'a> Parser<'a> {
         let Some(keyword) = self.word() else { return };
         let known = self.obj.recognised;
         self.obj.recognised = true;
-        match keyword {
+        // Some writers shout: `V`, `VT`, `F`.
+        let mut small = [0; LONGEST];
+        let lower = match small.get_mut(..keyword.len()) {
+            Some(small) if keyword.iter().any(u8::is_ascii_uppercase) => {
+                small.copy_from_slice(keyword);
+                small.make_ascii_lowercase();
+                &*small
+            }
+            _ => keyword,
+        };
+        match lower {
             b"v" => self.vertex(),
             b"vt" => {
                 let mut next = || self.word().and_then(float).filter(|v| v.is_finite()).unwrap_or(0.0);
@@ -657,6 +670,14 @@ mod tests {
         assert_eq!(corners("f 1 \\\n 2 \\\r\n3\r\nf 4 5\\\n6 # a comment").len(), 6);
         let text = "# a comment that goes on \\\nv 9 9 9\nv 1 2 3\\\n\rv 4 5 6\rv 7 8 9";
         assert_eq!(parse(text.as_bytes()).positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
+    }
+
+    #[test]
+    fn keywords_may_be_capitals() {
+        let obj = parse(b"MTLLIB a.mtl\nO Box\nV 0 0 0\nV 1 0 0\nV 0 1 0\nVT 0 1\nVN 0 0 1\nUSEMTL Red\nF 1/1/1 2/1/1 3/1/1\nS off\n");
+        assert_eq!((obj.positions.len(), obj.uvs.len(), obj.normals.len(), obj.sizes.len()), (3, 1, 1, 1));
+        assert_eq!((obj.libraries, obj.materials), (vec!["a.mtl".to_owned()], vec!["Red".to_owned()]));
+        assert!(obj.tallies.is_empty());
     }
 
     #[test]

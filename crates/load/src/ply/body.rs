@@ -28,12 +28,12 @@ const NAMES: [&[&str]; 12] = [
 const INDICES: [&str; 6] =
     ["vertex_indices", "vertex_index", "vertex_indexes", "vertexindices", "vertexindex", "indices"];
 /// Slots of an item: those of [`NAMES`], and that of a [`Measure`].
-const SLOTS: usize = NAMES.len() + 1;
+pub(super) const SLOTS: usize = NAMES.len() + 1;
 const VALUE: usize = NAMES.len();
 const NORMAL: usize = 3;
 const UV: usize = 6;
-const COLOR: usize = 8;
-const ALPHA: usize = 11;
+pub(super) const COLOR: usize = 8;
+pub(super) const ALPHA: usize = 11;
 
 /// Which slot a property fills, if any.
 fn slot(property: &Property) -> Option<(usize, Scalar)> {
@@ -43,10 +43,10 @@ fn slot(property: &Property) -> Option<(usize, Scalar)> {
 }
 
 /// The slots that the properties of an element fill.
-struct Slots(Vec<Option<(usize, Scalar)>>);
+pub(super) struct Slots(pub(super) Vec<Option<(usize, Scalar)>>);
 
 impl Slots {
-    fn new(element: &Element) -> Self {
+    pub(super) fn new(element: &Element) -> Self {
         Self(element.properties.iter().map(slot).collect())
     }
 
@@ -64,7 +64,7 @@ impl Slots {
     }
 
     /// Whether all of these are filled.
-    fn has(&self, mut slots: std::ops::Range<usize>) -> bool {
+    pub(super) fn has(&self, mut slots: std::ops::Range<usize>) -> bool {
         slots.all(|slot| self.0.iter().flatten().any(|&(filled, _)| filled == slot))
     }
 }
@@ -99,7 +99,7 @@ impl Measure {
 }
 
 /// Stores a value in its slot: colours as linear numbers, the rest as it is.
-fn store(item: &mut [f32; SLOTS], slot: Option<(usize, Scalar)>, value: f32) {
+pub(super) fn store(item: &mut [f32; SLOTS], slot: Option<(usize, Scalar)>, value: f32) {
     if let Some((slot, scalar)) = slot
         && let Some(place) = item.get_mut(slot)
     {
@@ -130,7 +130,7 @@ fn saturate(v: f32) -> f32 {
 }
 
 /// Brings fractions into their range. Where some are above 2 they are the codes of whole numbers, written with a point.
-fn settle_colors(colors: &mut [[f32; 4]]) {
+pub(super) fn settle_colors(colors: &mut [[f32; 4]]) {
     let rgb_codes = colors.iter().flatten().enumerate().any(|(k, &v)| k % 4 != 3 && v > 2.0);
     let alpha_codes = colors.iter().any(|color| color[3] > 2.0);
     for [r, g, b, a] in colors {
@@ -165,6 +165,8 @@ pub(super) struct Faces {
     pub(super) corner_uvs: Vec<[[f32; 2]; 3]>,
     /// One per triangle; empty without.
     pub(super) colors: Vec<[f32; 4]>,
+    /// Numbers of their textures, one per triangle; empty without.
+    pub(super) textures: Vec<i64>,
     /// Faces whose vertices do not exist or are not finite.
     pub(super) bad: u64,
     /// Faces of less than three corners.
@@ -358,6 +360,7 @@ pub(super) fn faces(
     let whole = |p: &Property| matches!(p.kind, Kind::List(_, scalar) if !scalar.is_float());
     let indices_at = usual.or_else(|| element.properties.iter().position(whole));
     let uvs_at = element.properties.iter().position(|p| is_list(p, &["texcoord", "texcoords"]));
+    let number_at = element.properties.iter().position(|p| p.name == "texnumber");
     let strips = element.name == "tristrips";
     let mut out = Faces::default();
     let Some(indices_property) = indices_at.and_then(|at| element.properties.get(at)) else {
@@ -375,9 +378,11 @@ pub(super) fn faces(
         indices.clear();
         uvs.clear();
         item[ALPHA] = 1.0;
+        let mut texture = -1;
         let mut read = || -> Result<(), Missing> {
             for (k, (property, &slot)) in element.properties.iter().zip(&slots.0).enumerate() {
                 match property.kind {
+                    Kind::One(scalar) if Some(k) == number_at => texture = values.integer(scalar)?,
                     Kind::One(scalar) => store(&mut item, slot, values.number(scalar)?),
                     Kind::List(count, scalar) if Some(k) == indices_at => {
                         let count = values.integer(count)?;
@@ -446,6 +451,9 @@ pub(super) fn faces(
             let color = [item[COLOR], item[COLOR + 1], item[COLOR + 2], item[ALPHA]];
             out.colors.resize(out.triangles.len(), color);
         }
+        if number_at.is_some() {
+            out.textures.resize(out.triangles.len(), texture);
+        }
         if number % 1024 == 0 || out.triangles.len().saturating_sub(first) > 1024 {
             check_mesh(context, out.triangles.len() as u64, positions.len() as u64)?;
         }
@@ -456,7 +464,7 @@ pub(super) fn faces(
 }
 
 /// The position of an index, if there is one that can be drawn.
-fn existing(index: i64, positions: &[[f32; 3]]) -> Option<[f32; 3]> {
+pub(super) fn existing(index: i64, positions: &[[f32; 3]]) -> Option<[f32; 3]> {
     positions.get(usize::try_from(index).ok()?).copied().filter(|&position| drawable(position))
 }
 

@@ -7,31 +7,30 @@
 //! faces have one colour. `comment TextureFile` names the texture of vertex (`s t`, `u v`, `texture_u texture_v`) or
 //! face (`texcoord`) coordinates. Files of Gaussian splats are known by their properties.
 mod body;
+mod edges;
 mod header;
 mod packed;
 mod points;
 mod splats;
+mod textures;
 mod values;
 
-use super::budget::Budget;
 use super::mesh_formats::{
-    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish, read_picture,
-    white_material,
+    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish, white_material,
 };
-use super::normals::add_smooth_normals;
+use super::normals::{add_missing_normals, add_smooth_normals};
 use super::origin::{Origin, Region, load_about, lost_steps};
 use super::text::quoted;
 use super::warnings::Warnings;
 use super::warnings::counted;
 use super::{Context, LoadError, Loaded};
 use body::{Faces, Vertices};
+use edges::{EDGES, Edges};
 use header::{Element, Encoding, Header};
 use overcoat_core::built::Splats;
 use overcoat_core::formats::LEFT_OUT;
-use overcoat_scene::{
-    AlphaMode, AlphaUse, ColorSpace, Material, MeshData, Sampler, Scene, Texture, TextureRef, UvTransform,
-};
-use std::sync::Arc;
+use overcoat_core::jobs::Jobs;
+use overcoat_scene::{AlphaMode, MeshData, Scene};
 use values::Values;
 
 const FORMAT: &str = "PLY";
@@ -59,6 +58,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     if header.encoding == Encoding::Ascii && items_on_lines(&header) {
         header.elements.iter_mut().for_each(|element| element.by_line = true);
     }
+    splats::take_prefixes_away(&mut header);
     if let Some(layout) = splats::layout(&header) {
         if !Splats::IS_BUILT {
             return Err(LoadError::unsupported(FORMAT, format!("Gaussian splats: {LEFT_OUT}")));
@@ -66,41 +66,89 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
         return splats::load(&layout, &header, context, warnings);
     }
     let mut origin = Origin::default();
-    let (vertices, faces) =
+    let (mut vertices, mut faces, edges) =
         read_body(&header, region.map(|region| (region, &mut origin)), context, &mut warnings)?;
+    let lines = edges.lines(&vertices, &faces.triangles, context, &mut warnings)?;
     let mut scene = Scene::new();
     scene.set_origin(origin.0);
-    if faces.triangles.is_empty() {
-        // Where a file has faces, and be it bad ones, its vertices alone are not what it shows.
-        let has_faces = faces.bad > 0 || faces.short > 0;
-        if vertices.positions.is_empty() || has_faces {
-            return Ok(finish(scene, warnings.finish()));
-        }
-    }
     let is_cloud = faces.triangles.is_empty();
-    let mut data =
-        if is_cloud { points::cloud(vertices, &mut warnings) } else { build(vertices, faces, context)? };
-    if data.positions.is_empty() {
-        return Ok(finish(scene, warnings.finish()));
-    }
-    let mut material = default_material();
-    texture(&header, &mut scene, &mut material, &mut data, context, &mut warnings)?;
-    if !data.colors.is_empty() {
-        material = Material { base_color_texture: material.base_color_texture, ..white_material() };
-        let alpha = |a: fn(f32) -> bool| data.colors.iter().any(|c| a(c[3]));
-        if !alpha(|a| a > 0.0) {
-            // All transparent: written by programs that do not know alpha.
-            data.colors.iter_mut().for_each(|c| c[3] = 1.0);
-        } else if alpha(|a| a < 1.0) {
-            material.alpha_mode = AlphaMode::Blend;
+    // Where a file has faces, and be it bad ones, its vertices alone are not what it shows; nor where it has edges.
+    let has_others = faces.bad > 0 || faces.short > 0 || lines.is_some();
+    let is_something = !(is_cloud && (vertices.positions.is_empty() || has_others));
+    if is_something {
+        if vertices.normals.iter().all(is_no_normal) {
+            vertices.normals = Vec::new();
         }
+        let of_faces = std::mem::take(&mut faces.textures);
+        let mut data =
+            if is_cloud { points::cloud(vertices, &mut warnings) } else { build(vertices, faces, context)? };
+        if !is_cloud {
+            add_normals(&mut data, context.jobs);
+        }
+        let names = &header.textures;
+        let parts = textures::by_texture(data, names, &of_faces, &mut scene, context, &mut warnings)?;
+        add_parts(&mut scene, parts)?;
     }
-    if data.normals.is_empty() && !is_cloud {
-        add_smooth_normals(&mut data, CREASE_ANGLE, context.jobs);
-    }
-    let material = scene.add_material(material).map_err(LoadError::scene("PLY: material"))?;
-    add_object(&mut scene, "PLY: mesh", data, material, 0)?;
+    lines.map(|lines| edges::add(&mut scene, lines)).transpose()?;
     Ok(finish(scene, warnings.finish()))
+}
+
+/// Adds the parts of a mesh or cloud, each with a material.
+fn add_parts(scene: &mut Scene, parts: Vec<textures::Part>) -> Result<(), LoadError> {
+    // Programs write some colour for every vertex; one that is the same everywhere is not meant to tint a texture.
+    let mut colors = parts.iter().flat_map(|(data, _)| &data.colors);
+    let first = colors.next().copied();
+    let is_uniform = colors.all(|color| Some(*color) == first);
+    for (mut data, texture) in parts {
+        if data.positions.is_empty() {
+            continue;
+        }
+        let mut material = default_material();
+        if texture.is_some() {
+            material.base_color = [1.0; 4];
+            if is_uniform {
+                data.colors = Vec::new();
+            }
+        }
+        if !data.colors.is_empty() {
+            material = white_material();
+            material.alpha_mode = settle_alpha(&mut data.colors);
+        }
+        material.base_color_texture = texture;
+        let material = scene.add_material(material).map_err(LoadError::scene("PLY: material"))?;
+        add_object(scene, "PLY: mesh", data, material, 0)?;
+    }
+    Ok(())
+}
+
+/// Coverage of the colours of vertices. All transparent is what programs write that do not know alpha: they become opaque.
+fn settle_alpha(colors: &mut [[f32; 4]]) -> AlphaMode {
+    let any = |a: fn(f32) -> bool| colors.iter().any(|c| a(c[3]));
+    if !any(|a| a > 0.0) {
+        colors.iter_mut().for_each(|c| c[3] = 1.0);
+        AlphaMode::Opaque
+    } else if any(|a| a < 1.0) {
+        AlphaMode::Blend
+    } else {
+        AlphaMode::Opaque
+    }
+}
+
+/// True for what programs write that have no normals: zeros, which is also what is made of those that are no numbers.
+fn is_no_normal(normal: &[f32; 3]) -> bool {
+    normal.iter().all(|&v| v == 0.0)
+}
+
+/// Gives the vertices of a mesh smooth normals that the file has none for.
+fn add_normals(data: &mut MeshData, jobs: &Jobs) {
+    if data.normals.is_empty() {
+        add_smooth_normals(data, CREASE_ANGLE, jobs);
+        return;
+    }
+    let missing: Vec<bool> = data.normals.iter().map(is_no_normal).collect();
+    if missing.contains(&true) {
+        add_missing_normals(data, CREASE_ANGLE, |v| missing.get(v) == Some(&true), jobs);
+    }
 }
 
 /// True if the values of a binary file end where the file does.
@@ -163,10 +211,10 @@ fn read_body(
     mut far: Option<(&Region, &mut Origin)>,
     context: &Context<'_>,
     warnings: &mut Warnings,
-) -> Result<(Vertices, Faces), LoadError> {
+) -> Result<(Vertices, Faces, Edges), LoadError> {
     let mut values = Values::new(header.encoding, header.body);
     let mut vertices = vertices_behind_faces(header, &mut far, context, warnings)?.unwrap_or_default();
-    let mut faces = Faces::default();
+    let (mut faces, mut edges) = (Faces::default(), Edges::default());
     for element in &header.elements {
         let cut = match element.name.as_str() {
             name if VERTICES.contains(&name) && vertices.positions.is_empty() => {
@@ -198,6 +246,10 @@ fn read_body(
                 }
                 faces.cut.take()
             }
+            name if EDGES.contains(&name) && edges.is_empty() => {
+                edges = edges::edges(element, &mut values, context)?;
+                edges.cut.take()
+            }
             _ => body::skip(element, &mut values).err(),
         };
         if let Some(cut) = cut {
@@ -210,7 +262,7 @@ fn read_body(
             break;
         }
     }
-    Ok((vertices, faces))
+    Ok((vertices, faces, edges))
 }
 
 /// One mesh of vertices and faces: with vertices of their own for each triangle where faces or corners have colours
@@ -267,52 +319,10 @@ fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<Mesh
     })
 }
 
-/// Reads the texture that the header names, if the mesh has coordinates for it.
-fn texture(
-    header: &Header<'_>,
-    scene: &mut Scene,
-    material: &mut Material,
-    data: &mut MeshData,
-    context: &Context<'_>,
-    warnings: &mut Warnings,
-) -> Result<(), LoadError> {
-    let [name, more @ ..] = &header.textures[..] else { return Ok(()) };
-    if data.uvs[0].is_empty() {
-        return Ok(());
-    }
-    if !more.is_empty() {
-        warnings.add(|| format!("PLY: of {} textures only the first is drawn", header.textures.len()));
-    }
-    let mut budget = Budget::new(context.limits);
-    let image = match read_picture(context, name, &mut budget)? {
-        Ok(picture) => {
-            if let Some(flaw) = picture.flaw {
-                let name = quoted(name.as_bytes());
-                warnings.add(|| format!("PLY: texture {name}: {flaw}"));
-            }
-            picture.image
-        }
-        Err(message) => {
-            warnings.add(|| format!("PLY: {message}"));
-            return Ok(());
-        }
-    };
-    let texture = Texture::new(Arc::new(image), ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
-    let texture = scene.add_texture(texture).map_err(LoadError::scene("PLY: texture"))?;
-    material.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY });
-    material.base_color = [1.0; 4];
-    // Programs write some colour for every vertex; one that is the same everywhere is not meant to tint a texture.
-    if data.colors.iter().all(|c| Some(c) == data.colors.first()) {
-        data.colors = Vec::new();
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::MemoryResolver;
-    use overcoat_core::jobs::Jobs;
     use overcoat_core::limits::Limits;
     use overcoat_scene::PrimitiveKind;
 
@@ -657,6 +667,65 @@ mod tests {
         // Faces that cannot be drawn do not make points of their vertices.
         let text = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 1 0 0 0 1 0 3 0 1 7");
         assert!(load_bytes(text).unwrap().scene.meshes().is_empty());
+    }
+
+    #[test]
+    fn splats_may_have_the_prefix_of_cloudcompare() {
+        let names = [
+            "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1",
+            "rot_2", "rot_3",
+        ];
+        let file = |prefix: &str, rest: usize, more: &str| {
+            let rest = (0..rest).map(|k| format!("f_rest_{k}"));
+            let names = names.iter().map(|name| (*name).to_owned()).chain(rest);
+            let properties: Vec<String> =
+                names.map(|name| format!("property float {prefix}{name}\n")).collect();
+            let values = "0.5 ".repeat(properties.len() + more.lines().count());
+            format!(
+                "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n{}{more}\
+                 end_header\n1 2 3 {values}\n4 5 6 {values}\n",
+                properties.concat()
+            )
+        };
+        let plain = load_bytes(file("", 9, "")).unwrap();
+        for prefix in ["scalar_", "Scalar_", "scal_"] {
+            let loaded = load_bytes(file(prefix, 9, "property float scalar_error\n")).unwrap();
+            assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+            assert_eq!(loaded.scene.splats(), plain.scene.splats(), "{prefix}");
+            assert_eq!(loaded.scene.splat_count(), 2);
+        }
+        // Other clouds stay clouds.
+        let cloud = file("scalar_", 0, "").replace("scalar_f_dc_0", "scalar_other");
+        assert_eq!(load_bytes(cloud).unwrap().scene.splat_count(), 0);
+    }
+
+    #[test]
+    fn normals_of_zeros_are_none() {
+        let file = |normals: [&str; 4], faces: &str| {
+            let vertices: Vec<String> = normals
+                .iter()
+                .zip(["0 0 0", "1 0 0", "0 1 0", "1 1 0"])
+                .map(|(n, p)| format!("{p} {n}"))
+                .collect();
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                 property float nx\nproperty float ny\nproperty float nz\nelement face {}\n\
+                 property list uchar int vertex_indices\nend_header\n{}\n{faces}",
+                faces.lines().count(),
+                vertices.join("\n"),
+            );
+            let loaded = load_bytes(text).unwrap();
+            assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+            loaded.scene.meshes()[0].normals().to_vec()
+        };
+        assert!(file(["0 0 0", "nan nan nan", "0 0 0", "-0 0 0"], "").is_empty());
+        // Where some are there, the renderer finds the others.
+        let some = ["1 0 0", "nan 0 0", "0 0 0", "1 0 0"];
+        assert_eq!(file(some, ""), [[1.0, 0.0, 0.0], [0.0; 3], [0.0; 3], [1.0, 0.0, 0.0]]);
+        let up = [0.0, 0.0, 1.0];
+        let faces = "3 0 1 2\n3 1 3 2\n";
+        assert_eq!(file(["0 0 0"; 4], faces), [up; 4]);
+        assert_eq!(file(some, faces), [[1.0, 0.0, 0.0], up, up, [1.0, 0.0, 0.0]]);
     }
 
     #[test]

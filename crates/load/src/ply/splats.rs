@@ -30,6 +30,9 @@ const NAMES: [&str; 14] = [
     "f_dc_1", "f_dc_2",
 ];
 
+/// Names that tell a file of splats.
+const SURE: [&str; 5] = ["scale_0", "scale_1", "rot_0", "opacity", "f_dc_0"];
+
 /// The one of [`NAMES`] that flat splats do not have.
 const THICKNESS: usize = 5;
 
@@ -52,12 +55,30 @@ pub(super) fn layout(header: &Header<'_>) -> Option<Layout> {
     let has = |names: &[&str]| names.iter().all(|name| vertex.properties.iter().any(|p| p.name == *name));
     if is(&FACES).is_some() {
         None
-    } else if has(&["scale_0", "scale_1", "rot_0", "opacity", "f_dc_0"]) {
+    } else if has(&SURE) {
         Some(Layout::Plain)
     } else if has(&["packed_position", "packed_rotation", "packed_scale", "packed_color"]) {
         Some(Layout::Packed)
     } else {
         None
+    }
+}
+
+/// Takes away the `scalar_` that CloudCompare puts before the names of what it does not know, where they are those of splats.
+pub(super) fn take_prefixes_away(header: &mut Header<'_>) {
+    let is_of_splats = |name: &str| NAMES.contains(&name) || name.starts_with("f_rest_");
+    for element in header.elements.iter_mut().filter(|e| VERTICES.contains(&e.name.as_str())) {
+        let names: Vec<String> = element.properties.iter().map(|p| p.name.clone()).collect();
+        // `scal_` before version 2.6.
+        let plain = |name: &str| -> Option<String> {
+            let rest = name.strip_prefix("scalar_").or_else(|| name.strip_prefix("scal_"))?;
+            (is_of_splats(rest) && !names.iter().any(|other| other == rest)).then(|| rest.to_owned())
+        };
+        let renamed: Vec<String> =
+            names.iter().map(|name| plain(name).unwrap_or_else(|| name.clone())).collect();
+        if SURE.iter().all(|sure| renamed.iter().any(|name| name == sure)) {
+            element.properties.iter_mut().zip(renamed).for_each(|(property, name)| property.name = name);
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use super::mesh_formats::{
 };
 use super::normals::add_smooth_normals_to_welded;
 use super::origin::{Origin, Region, load_about, lost_steps, points_of_text};
-use super::text::{Tokens, double, float, quoted, without_mark};
+use super::text::{Tokens, double, float, length_before, quoted, without_mark};
 use super::vertices::PositionTable;
 use super::warnings::counted;
 use super::weld::weld;
@@ -28,6 +28,8 @@ const FORMAT: &str = "STL";
 const HEADER: usize = 80;
 /// Bytes of a facet: a normal, three positions, and two bytes that some programs fill with a colour.
 const FACET: usize = 50;
+/// Bytes of a line that a name may have before the facets that follow it there.
+const LONGEST_NAME: usize = 256;
 /// Words that a facet ends before, if it has not ended: `end loop` and `end facet` are found in place of the first two.
 const ENDS: [&[u8]; 4] = [b"endloop", b"endfacet", b"end", b"facet"];
 /// Words that may follow the coordinates of a vertex.
@@ -74,6 +76,23 @@ fn is_text(bytes: &[u8]) -> bool {
     // Without its first line, or with a comment before it.
     let within = |word: &[u8]| start.windows(word.len()).any(|found| found.eq_ignore_ascii_case(word));
     (begins || within(b"facet") && within(b"vertex")) && !start.contains(&0)
+}
+
+/// The name behind `solid`: the rest of the line, or what comes before the facets that follow on the same line.
+fn name<'a>(tokens: &mut Tokens<'a>) -> &'a [u8] {
+    let mut ahead = tokens.clone();
+    let line = tokens.rest_of_line();
+    let head = line.get(..LONGEST_NAME).unwrap_or(line);
+    let mut words = Tokens::new(head);
+    loop {
+        let (before, facets) = (words.clone(), ahead.clone());
+        let (Some(word), Some(_)) = (words.next(), ahead.next()) else { return line };
+        let normal = || words.clone().next().is_some_and(|word| word.eq_ignore_ascii_case(b"normal"));
+        if word.eq_ignore_ascii_case(b"facet") && normal() {
+            *tokens = facets;
+            return head.get(..length_before(head, before.rest())).unwrap_or_default().trim_ascii();
+        }
+    }
 }
 
 /// Bytes that so many facets take.
@@ -324,11 +343,16 @@ impl<'a> Reader<'a> {
                 }
             } else if token.eq_ignore_ascii_case(b"solid") {
                 self.end_solid()?;
-                let name = tokens.rest_of_line();
+                let name = name(&mut tokens);
                 not_utf8 |= std::str::from_utf8(name).is_err();
                 self.open = Some(String::from_utf8_lossy(name).into_owned());
             } else if token.eq_ignore_ascii_case(b"endsolid") {
-                tokens.rest_of_line();
+                // Of the words of its name none is read where more follows on the line.
+                let before = tokens.clone();
+                let line = tokens.rest_of_line();
+                let head = line.get(..LONGEST_NAME).unwrap_or(line);
+                let goes_on = head.windows(5).any(|word| word.eq_ignore_ascii_case(b"facet"));
+                tokens = if goes_on { before } else { tokens };
             }
         }
         self.end_solid()?;
@@ -475,6 +499,25 @@ mod tests {
         let counts: Vec<usize> = loaded.scene.meshes().iter().map(|m| m.triangles().len()).collect();
         assert_eq!(counts, [1, 2]);
         assert_eq!(loaded.scene.instances()[1].object, 1);
+    }
+
+    #[test]
+    fn all_may_be_on_one_line() {
+        let facet = "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet ";
+        for text in [
+            format!("solid {facet}{facet}endsolid solid b {facet}endsolid"),
+            format!("solid a part {facet}{facet} endsolid a part solid b {facet} endsolid b"),
+            format!("SOLID a {facet}{facet}ENDSOLID a\nsolid facet {facet} endsolid facet"),
+        ] {
+            let loaded = load_bytes(text.as_bytes()).unwrap();
+            assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+            let counts: Vec<usize> = loaded.scene.meshes().iter().map(|m| m.triangles().len()).collect();
+            assert_eq!(counts, [2, 1], "{text}");
+        }
+        let mut tokens = Tokens::new(b" a part FACET  Normal 0 0 1\nmore");
+        assert_eq!((name(&mut tokens), tokens.next()), (&b"a part"[..], Some(&b"FACET"[..])));
+        let mut tokens = Tokens::new(b" a facet of it\nmore");
+        assert_eq!((name(&mut tokens), tokens.next()), (&b"a facet of it"[..], Some(&b"more"[..])));
     }
 
     #[test]

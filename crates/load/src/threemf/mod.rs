@@ -28,7 +28,7 @@ use super::origin::{Origin, load_about};
 use super::warnings::Warnings;
 use super::warnings::counted;
 use super::{Context, LoadError, Loaded};
-use crate::archive::Archive;
+use crate::archive::{Archive, part_name};
 use look::Looks;
 use model::{Model, Purpose, Totals};
 use overcoat_core::limits::Limits;
@@ -132,7 +132,7 @@ struct Package<'a> {
     /// Positions are read in double precision.
     far: bool,
     models: Vec<Model>,
-    /// By part name, as it is referred to.
+    /// By part name, as names are compared.
     numbers: BTreeMap<String, usize>,
     vertices: u64,
     triangles: u64,
@@ -148,7 +148,8 @@ impl Package<'_> {
         budget: &mut Budget,
         warnings: &mut Warnings,
     ) -> Result<usize, LoadError> {
-        if let Some(&number) = self.numbers.get(part) {
+        let name = part_name(part);
+        if let Some(&number) = self.numbers.get(&name) {
             return Ok(number);
         }
         let bytes = self.archive.read(part, budget)?;
@@ -166,7 +167,7 @@ impl Package<'_> {
         (self.vertices, self.triangles, self.elements) = (totals.vertices, totals.triangles, totals.elements);
         let number = self.models.len();
         self.models.push(model);
-        self.numbers.insert(part.to_owned(), number);
+        self.numbers.insert(name, number);
         Ok(number)
     }
 }

@@ -68,7 +68,7 @@ pub(super) enum Purpose {
     Made,
     /// "other": never to be part of what is built.
     Other,
-    /// Changes how other objects are printed where it overlaps them (a metadata of Cura).
+    /// Changes how other objects are printed where it overlaps them (a setting of Cura).
     Modifier,
 }
 
@@ -88,7 +88,7 @@ pub(super) struct Object {
     pub(super) property: Option<(u32, u32)>,
     pub(super) mesh: Option<Mesh>,
     pub(super) components: Vec<Reference>,
-    /// The extruder that prints it, from 1 (a metadata of Cura, which counts from 0).
+    /// The extruder that prints it, from 1 (a setting of Cura, which counts from 0).
     pub(super) extruder: Option<u32>,
 }
 
@@ -96,6 +96,20 @@ impl Object {
     /// True if it has a mesh or components.
     pub(super) fn is_something(&self) -> bool {
         self.mesh.is_some() || !self.components.is_empty()
+    }
+
+    /// Takes over a setting of Cura.
+    fn set_by_cura(&mut self, key: &str, value: &str) {
+        let value = value.trim();
+        match key {
+            "infill_mesh" | "cutting_mesh" | "anti_overhang_mesh" | "support_mesh"
+                if value.eq_ignore_ascii_case("true") || value == "1" =>
+            {
+                self.purpose = Purpose::Modifier;
+            }
+            "extruder_nr" => self.extruder = index(value).and_then(|k| k.checked_add(1)),
+            _ => {}
+        }
     }
 }
 
@@ -208,20 +222,14 @@ impl Model {
             "metadatagroup" => xml.children(|xml, tag| {
                 let Some(name) = tag.attribute("name") else { return Ok(()) };
                 let content = xml.content()?;
-                match name.as_str() {
-                    "cura:infill_mesh"
-                    | "cura:cutting_mesh"
-                    | "cura:anti_overhang_mesh"
-                    | "cura:support_mesh"
-                        if content.trim().eq_ignore_ascii_case("true") =>
-                    {
-                        object.purpose = Purpose::Modifier;
-                    }
-                    "cura:extruder_nr" => {
-                        object.extruder = index(&content).and_then(|k| k.checked_add(1));
-                    }
-                    _ => {}
-                }
+                name.strip_prefix("cura:").into_iter().for_each(|key| object.set_by_cura(key, &content));
+                Ok(())
+            }),
+            // Before version 4.
+            "settings" => xml.children(|xml, tag| {
+                let ("setting", Some(key)) = (tag.name(), tag.attribute("key")) else { return Ok(()) };
+                let content = xml.content()?;
+                object.set_by_cura(&key, &content);
                 Ok(())
             }),
             "beamlattice" | "displacementmesh" | "booleans" | "levelset" | "implicitfunction" => {

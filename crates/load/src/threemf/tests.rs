@@ -417,6 +417,71 @@ fn bambu_studio_and_cura() {
     assert!(messages(&loaded)[0].contains("they only change how others are printed"));
 }
 
+/// Cura before version 4 has settings in the object, with a namespace of their own.
+#[test]
+fn cura_before_version_4() {
+    let space = "http://software.ultimaker.com/xml/cura/3mf/2015/10";
+    for (key, value, drawn) in [
+        ("infill_mesh", "True", 1),
+        ("anti_overhang_mesh", "true", 1),
+        ("cutting_mesh", " True ", 1),
+        ("support_mesh", "True", 1),
+        ("infill_mesh", "False", 2),
+        ("infill_sparse_density", "True", 2),
+    ] {
+        for (prefix, declared) in [("", "xmlns"), ("cura:", "xmlns:cura")] {
+            let settings = format!(
+                "<{prefix}settings {declared}=\"{space}\"><{prefix}setting key=\"extruder_nr\">1</{prefix}setting>\
+                 <{prefix}setting key=\"{key}\">{value}</{prefix}setting></{prefix}settings>"
+            );
+            let text = model(
+                &format!("<object id=\"1\">{settings}{}</object><object id=\"2\">{0}</object>", plain_mesh()),
+                "<item objectid=\"1\"/><item objectid=\"2\"/>",
+            );
+            let loaded = load_model(&text).unwrap();
+            assert_eq!(loaded.scene.instances().len(), drawn, "{key} {value}");
+            assert_eq!(messages(&loaded).len(), 2 - drawn, "{:?}", loaded.warnings);
+        }
+    }
+}
+
+#[test]
+fn names_of_parts_are_compared_as_packages_have_it() {
+    let object = format!("<object id=\"1\">{}</object>", plain_mesh());
+    let other = model(&object, "");
+    for (referred, stored) in [
+        ("/3D/Objects/Teil%20A.model", "3D/Objects/Teil A.model"),
+        ("/3D/Objects/Teil A.model", "3D/Objects/Teil%20A.model"),
+        ("/3D/W%C3%BCrfel.model", "3D/Würfel.model"),
+        ("/3D/Würfel.model", "3D/W%c3%bcrfel.model"),
+        ("/3D/Würfel.model", "3d/WüRFEL.MODEL"),
+        ("/3D/./Objects/../o.model", "3D/o.model"),
+        ("/3D/100%.model", "3D/100%25.model"),
+    ] {
+        // The second reference is to the same part, which is read once.
+        let root = model(
+            "",
+            &format!(
+                "<item objectid=\"1\" p:path=\"{referred}\"/><item objectid=\"1\" p:path=\"{}\"/>",
+                referred.to_ascii_uppercase()
+            ),
+        );
+        let parts = [
+            ("_rels/.rels", RELATIONS.as_bytes()),
+            ("3D/a.model", root.as_bytes()),
+            (stored, other.as_bytes()),
+        ];
+        let loaded = load_with(&zip(&parts, true), &Limits::default()).unwrap();
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        assert_eq!((loaded.scene.meshes().len(), loaded.scene.instances().len()), (1, 2), "{referred}");
+    }
+    // The start of the model, from the root of the package.
+    let start = RELATIONS.replace("/3D/a.model", "3D/a%20b.model");
+    let text = model(&object, "<item objectid=\"1\"/>");
+    let parts = [("_rels/.rels", start.as_bytes()), ("3D/A b.model", text.as_bytes())];
+    assert_eq!(load_with(&zip(&parts, true), &Limits::default()).unwrap().scene.instances().len(), 1);
+}
+
 #[test]
 fn damage_is_named_with_its_element() {
     let object = format!("<object id=\"1\">{}</object>", plain_mesh());

@@ -67,9 +67,21 @@ impl Axis {
         }
     }
 
+    /// The other direction along it.
+    fn opposite(self) -> Self {
+        match self {
+            Self::PositiveX => Self::NegativeX,
+            Self::NegativeX => Self::PositiveX,
+            Self::PositiveY => Self::NegativeY,
+            Self::NegativeY => Self::PositiveY,
+            Self::PositiveZ => Self::NegativeZ,
+            Self::NegativeZ => Self::PositiveZ,
+        }
+    }
+
     /// Coordinates of a file in which this axis is up, in a scene: the axis becomes +Y, its [`Axis::front`] +Z. An exchange
     /// of coordinates and signs, so that no bit of a number is lost.
-    pub(crate) fn upright<T: Copy + Zero + Sub<Output = T>>(self, [x, y, z]: [T; 3]) -> [T; 3] {
+    fn upright<T: Copy + Zero + Sub<Output = T>>(self, [x, y, z]: [T; 3]) -> [T; 3] {
         // Without -0.
         let negative = |v: T| T::ZERO - v;
         match self {
@@ -104,28 +116,47 @@ pub struct Orientation {
     /// True if the file's format defines the direction that models face. Where it does not (OBJ, PLY), an automatic
     /// view looks for a head: see [`Framing::automatic`](crate::Framing::automatic).
     pub front_is_known: bool,
+    /// True for a file whose model faces away from [`Axis::front`], as avatars of VRM 0 do: it is turned by half a turn.
+    pub is_turned: bool,
 }
 
 impl Default for Orientation {
     /// Orientation of glTF, and of scenes that no file describes.
     fn default() -> Self {
-        Self { up: Axis::PositiveY, front_is_known: true }
+        Self { up: Axis::PositiveY, front_is_known: true, is_turned: false }
     }
 }
 
-/// The camera, in a scene of a file in which this axis is up.
-pub(crate) fn upright_camera(camera: &Camera, up: Axis) -> Camera {
+impl Orientation {
+    /// Direction in the file in which the model faces.
+    #[must_use]
+    pub fn front(self) -> Axis {
+        let front = self.up.front();
+        if self.is_turned { front.opposite() } else { front }
+    }
+
+    /// Coordinates of the file in a scene: what is up becomes +Y and the front +Z. An exchange of coordinates and signs, so
+    /// that no bit of a number is lost.
+    pub(crate) fn upright<T: Copy + Zero + Sub<Output = T>>(self, point: [T; 3]) -> [T; 3] {
+        let [x, y, z] = self.up.upright(point);
+        // Without -0.
+        if self.is_turned { [T::ZERO - x, y, T::ZERO - z] } else { [x, y, z] }
+    }
+}
+
+/// The camera, in a scene of a file whose axes lie so.
+pub(crate) fn upright_camera(camera: &Camera, file: Orientation) -> Camera {
     Camera {
-        eye: up.upright(camera.eye),
-        target: up.upright(camera.target),
-        up: up.upright(camera.up),
+        eye: file.upright(camera.eye),
+        target: file.upright(camera.target),
+        up: file.upright(camera.up),
         ..*camera
     }
 }
 
-/// The light, in a scene of a file in which this axis is up.
-pub(crate) fn upright_light(light: &Light, up: Axis) -> Light {
-    let turn = |v: &mut [f32; 3]| *v = up.upright(*v);
+/// The light, in a scene of a file whose axes lie so.
+pub(crate) fn upright_light(light: &Light, file: Orientation) -> Light {
+    let turn = |v: &mut [f32; 3]| *v = file.upright(*v);
     let mut light = *light;
     match &mut light.kind {
         LightKind::Directional { direction } => turn(direction),
@@ -170,13 +201,17 @@ mod tests {
                 if sign == "-" { -1.0 } else { 1.0 };
             v
         };
-        for &up in Axis::ALL {
-            assert_eq!(up.upright(unit(up)), [0.0, 1.0, 0.0], "{up:?}");
-            assert_eq!(up.upright(unit(up.front())), [0.0, 0.0, 1.0], "{up:?}");
-            let [a, b, c] = [Axis::PositiveX, Axis::PositiveY, Axis::PositiveZ].map(|k| up.upright(unit(k)));
+        let files = Axis::ALL.iter().flat_map(|&up| {
+            [false, true].map(|is_turned| Orientation { up, is_turned, ..Orientation::default() })
+        });
+        for file in files {
+            assert_eq!(file.upright(unit(file.up)), [0.0, 1.0, 0.0], "{file:?}");
+            assert_eq!(file.upright(unit(file.front())), [0.0, 0.0, 1.0], "{file:?}");
+            let [a, b, c] =
+                [Axis::PositiveX, Axis::PositiveY, Axis::PositiveZ].map(|k| file.upright(unit(k)));
             let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-            assert_eq!(cross, c, "{up:?}");
-            assert!(up.upright([0.0_f64; 3]).iter().all(|v| v.to_bits() == 0), "{up:?}");
+            assert_eq!(cross, c, "{file:?}");
+            assert!(file.upright([0.0_f64; 3]).iter().all(|v| v.to_bits() == 0), "{file:?}");
         }
     }
 }

@@ -5,7 +5,8 @@
 //!
 //! * The **radius** is the distance to the sixth neighbour: half of it reaches the middle of the squares of a regular
 //!   lattice; the rest is for clouds whose points lie at random. It is at most [`OUTLIER`] times the median.
-//! * The **normal** is that of the plane that fits best; none where the points lie on a line or fill space.
+//! * The **normal** is that of the plane that fits best; none where the points lie on a line or fill space. Points that have
+//!   one of their own keep it.
 //!
 //! In clouds of up to [`EACH`] points this is found for each, and for its normal neighbours count less with the square of
 //! their distance. In larger ones, whose cells are small, all points of a cell share the normal of the 27 cells, and the
@@ -66,7 +67,9 @@ pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
     }
     let Some(grid) = Grid::of(mesh) else { return markers };
     let cloud = Cloud::new(positions, grid);
-    let wants_normals = mesh.normals().is_empty();
+    let own = mesh.normals();
+    let is_none = |normal: &[f32; 3]| *normal == [0.0; 3];
+    let wants_normals = own.is_empty() || own.iter().any(is_none);
     let mut radii = vec![f32::NAN; positions.len()];
     let mut normals = vec![[0.0; 3]; if wants_normals { positions.len() } else { 0 }];
     let chunks = positions.len().div_ceil(CHUNK);
@@ -84,6 +87,11 @@ pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
         }
     }
     drop(cloud);
+    for (normal, own) in normals.iter_mut().zip(own) {
+        if !is_none(own) {
+            *normal = *own;
+        }
+    }
     let Some(median) = median(&radii) else {
         return Surfels { normals, ..markers };
     };
@@ -484,6 +492,23 @@ mod tests {
             assert!((found.radii[k] - expected).abs() < 1e-4, "{k}: {}", found.radii[k]);
             let [x, y, z] = found.normals[k];
             assert!(x.abs() < 1e-3 && (y * 0.6 + z * 0.8).abs() < 1e-3, "{k}: {:?}", found.normals[k]);
+        }
+    }
+
+    #[test]
+    fn normals_that_are_there_stay_and_the_others_are_found() {
+        let positions = lattice(20);
+        let own = |k: usize| if k % 3 == 0 { [1.0, 0.0, 0.0] } else { [0.0; 3] };
+        let normals = (0..positions.len()).map(own).collect();
+        let data = MeshData { positions, normals, kind: PrimitiveKind::Points, ..MeshData::default() };
+        let mesh = Mesh::new(data).unwrap();
+        mesh.set_surfels(estimate_surfels(&mesh, &Jobs::new(1)));
+        for (k, &[x, y, z]) in mesh.shading_normals().iter().enumerate() {
+            if k % 3 == 0 {
+                assert_eq!([x, y, z], own(k));
+            } else {
+                assert!(x.abs() < 1e-3 && (y * 0.6 + z * 0.8).abs() < 1e-3, "{k}: {x} {y} {z}");
+            }
         }
     }
 
