@@ -54,7 +54,6 @@ pub mod value_parsers;
 pub mod worker;
 
 use args::{Cli, Command};
-use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use failure::{Failure, one_line};
 use overcoat_core::limits::Limits;
