@@ -26,6 +26,7 @@ mod motion;
 #[cfg_attr(not(feature = "exr"), path = "without_exr.rs")]
 pub mod openexr;
 mod picture;
+mod plain;
 mod png;
 pub mod radiance;
 pub mod texture;
