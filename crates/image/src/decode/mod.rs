@@ -36,7 +36,7 @@ pub use error::DecodeError;
 pub use error::{in_quotes, one_line};
 #[cfg(feature = "exr")]
 use exr_planes::read_exr_planes;
-pub use exr_samples::{ExrPlane, ExrSamples};
+pub use exr_samples::{ExrColors, ExrPlane, ExrSamples, Projection};
 pub use motion::{FrameTime, Motion, MotionFrame};
 #[cfg(not(feature = "exr"))]
 use openexr::read_exr_planes;
