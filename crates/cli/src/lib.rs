@@ -14,6 +14,7 @@ pub mod conformance;
 mod contact;
 mod coverage_check;
 mod diff;
+mod embedded;
 mod environment_cache;
 pub mod failure;
 mod file_uri;

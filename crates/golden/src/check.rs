@@ -157,7 +157,7 @@ pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limi
     compare_sides(&pair.name, sides, pair.problem.clone(), thresholds, strict, limits)
 }
 
-/// What is said of files that are not read, and are not the same.
+/// Says why files differ that are not read.
 fn unread_result(pair: &Pair) -> FileResult {
     let files = match dotted(&extension(&pair.relative)) {
         none if none.is_empty() => "files without extension".to_owned(),

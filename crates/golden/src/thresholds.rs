@@ -248,7 +248,7 @@ pub struct ThresholdFile {
 /// The numbers that a key takes, in words and as a test.
 type NumberRange = (&'static str, fn(f64) -> bool);
 
-/// What a key takes.
+/// Kinds of values of keys.
 enum Takes {
     Number(NumberRange),
     Colour,

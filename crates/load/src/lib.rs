@@ -32,6 +32,8 @@ mod animated;
 mod archive;
 mod budget;
 mod clay;
+#[cfg(feature = "3mf")]
+mod embedded;
 mod environment;
 mod error;
 mod foreign;
@@ -71,6 +73,8 @@ mod weld;
 mod zipped;
 
 pub use animated::{AnimatedModel, AnimationInfo};
+#[cfg(feature = "3mf")]
+pub use embedded::{EmbeddedPicture, embedded_picture};
 pub use environment::{
     FORMATS as ENVIRONMENT_FORMATS, LoadedEnvironment, load as load_environment,
     load_file as load_environment_file,

@@ -1,7 +1,7 @@
 //! A model in a ZIP archive, as downloads come: the model, its materials and its textures.
 //!
 //! Nothing is written to a disk. Sizes and ratios are limited as those of 3MF parts, and all that is inflated together by
-//! [`Limits::decoded_bytes`]; an archive in the archive stays closed.
+//! [`Limits::decoded_bytes`](overcoat_core::limits::Limits::decoded_bytes); an archive in the archive stays closed.
 
 use super::archive::{Archive, MAGIC};
 use super::budget::Budget;
@@ -12,7 +12,6 @@ use super::warnings::{Warnings, counted};
 use super::{Claim, Context, Format, LoadError, LoadOptions, Model, ResolveError, Resolver, read_unpacked};
 use overcoat_core::files::check_size;
 use overcoat_core::jobs::lock;
-use overcoat_core::limits::Limits;
 use std::sync::Mutex;
 
 /// Name of the format in messages.

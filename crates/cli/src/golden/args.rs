@@ -70,7 +70,7 @@ pub struct FolderArgs {
     #[arg(long, value_name = "FILE")]
     pub thresholds: Option<PathBuf>,
 
-    /// What pictures have to meet where the threshold file says nothing: exact is equality; gpu allows 3 codes of 255 everywhere,
+    /// Limits where the threshold file says nothing: exact is equality; gpu allows 3 codes of 255 everywhere,
     /// and 12 pixels that differ by more [default: exact]
     #[arg(long, value_name = "NAME", value_parser = preset)]
     pub preset: Option<Preset>,

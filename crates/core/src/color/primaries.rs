@@ -12,16 +12,13 @@ pub struct Primaries {
     pub green: [f32; 2],
     /// Blue.
     pub blue: [f32; 2],
-    /// What equal parts of the three are.
+    /// White: equal parts of the three.
     pub white: [f32; 2],
 }
 
 /// Rec. ITU-R BT.709-6, item 1: also those of sRGB.
 pub const REC_709: Primaries =
     Primaries { red: [0.64, 0.33], green: [0.3, 0.6], blue: [0.15, 0.06], white: [0.3127, 0.329] };
-
-/// Cone responses of XYZ: K. M. Lam, *Metamerism and Colour Constancy*, 1985 (the Bradford transform, as in ICC.1:2022, annex E).
-const BRADFORD: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
 /// Largest coordinate that is believed; those of AP0 and XYZ are up to 1.
 const MOST: f32 = 10.0;
@@ -39,17 +36,12 @@ impl Primaries {
             && close(self.white, REC_709.white)
     }
 
-    /// The matrix from linear colours of these primaries to linear Rec. 709; white becomes white (Bradford adaptation to D65).
-    /// `None` for numbers that are no colour space: not finite, no triangle, or a white outside of it.
+    /// The matrix from linear colours of these primaries to linear Rec. 709, by way of XYZ: a colour stays the colour that it is,
+    /// also the white of these primaries (as `RGBtoXYZ` and `XYZtoRGB` of OpenEXR; nothing is adapted to another white). `None`
+    /// for numbers that are no colour space: not finite, no triangle, or a white outside of it.
     #[must_use]
     pub fn to_rec_709(&self) -> Option<Matrix> {
-        let to_xyz = self.to_xyz()?;
-        let from_xyz = inverse(&REC_709.to_xyz()?)?;
-        let [here, there] = [self.white, REC_709.white].map(|white| transformed(&BRADFORD, xyz_of(white)));
-        let gain = [there[0] / here[0], there[1] / here[1], there[2] / here[2]];
-        let scaled: Matrix = [0, 1, 2].map(|k| BRADFORD[k].map(|v| v * gain[k]));
-        let adapted = product(&inverse(&BRADFORD)?, &scaled);
-        let matrix = product(&from_xyz, &product(&adapted, &to_xyz));
+        let matrix = product(&inverse(&REC_709.to_xyz()?)?, &self.to_xyz()?);
         let is_sane = |v: &f64| v.is_finite() && v.abs() < 1e4;
         matrix.iter().flatten().all(is_sane).then_some(matrix)
     }
@@ -125,29 +117,24 @@ mod tests {
             [-0.018_151, -0.100_579, 1.118_730],
         ];
         assert_close(&rec_2020.to_rec_709().unwrap(), &expected, 2e-5);
-        // ACES: AP1 to Rec. 709 with Bradford adaptation from the white of ACES.
-        let ap1 = primaries([[0.713, 0.293], [0.165, 0.83], [0.128, 0.044], [0.321_68, 0.337_67]]);
-        let expected = [
-            [1.705_051, -0.621_792, -0.083_258],
-            [-0.130_257, 1.140_805, -0.010_548],
-            [-0.024_003, -0.128_969, 1.152_972],
-        ];
-        assert_close(&ap1.to_rec_709().unwrap(), &expected, 2e-4);
-        let ap0 = primaries([[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], [0.321_68, 0.337_67]]);
-        let expected = [
-            [2.521_686, -1.134_131, -0.387_555],
-            [-0.276_480, 1.372_719, -0.096_239],
-            [-0.015_378, -0.152_975, 1.168_353],
-        ];
-        assert_close(&ap0.to_rec_709().unwrap(), &expected, 1e-3);
+        // IEC 61966-2-1, 5.2: XYZ to sRGB.
+        let xyz = primaries([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]]);
+        let expected = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
+        assert_close(&xyz.to_rec_709().unwrap(), &expected, 5e-4);
     }
 
     #[test]
-    fn xyz_has_primaries_without_brightness_and_white_stays_white() {
+    fn xyz_has_primaries_without_brightness_and_white_stays_what_it_is() {
         let xyz = primaries([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]]);
         assert_close(&xyz.to_xyz().unwrap(), &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], 1e-6);
-        let matrix = xyz.to_rec_709().unwrap();
-        assert!(transformed(&matrix, [1.0; 3]).iter().all(|v| (v - 1.0).abs() < 1e-6), "{matrix:?}");
+        // AP1 and AP0 of ACES have one white, which is no Rec. 709 white and stays as it is.
+        let white = [0.321_68, 0.337_67];
+        let ap1 = primaries([[0.713, 0.293], [0.165, 0.83], [0.128, 0.044], white]);
+        let ap0 = primaries([[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], white]);
+        let [a, b] = [ap1, ap0].map(|p| transformed(&p.to_rec_709().unwrap(), [1.0; 3]));
+        let back = transformed(&REC_709.to_xyz().unwrap(), a);
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?} {b:?}");
+        assert!(back.iter().zip(xyz_of(white)).all(|(a, b)| (a - b).abs() < 1e-6), "{back:?}");
         let identity = REC_709.to_rec_709().unwrap();
         assert_close(&identity, &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], 1e-12);
         assert!(REC_709.is_rec_709() && !xyz.is_rec_709());

@@ -12,7 +12,7 @@ const SIDE: i32 = 96;
 #[derive(Clone, Copy)]
 struct Scene {
     colour: [f64; 3],
-    /// Of the light at the left and of that at the right.
+    /// Strengths of the light at the left and of that at the right.
     lights: [f64; 2],
     centre: [f64; 2],
     radius: f64,
@@ -129,7 +129,7 @@ fn every_preset_accepts_what_it_is_for() {
     }
 }
 
-/// What the documentation says that `gpu` does not see.
+/// Holds what the documentation says that `gpu` does not see.
 #[test]
 fn three_codes_everywhere_are_seen_with_a_least_psnr() {
     let brighter = |codes: u8| {

@@ -15,7 +15,7 @@ pub struct ExrColors {
     pub primaries: Option<Primaries>,
     /// The attribute `envmap`.
     pub projection: Option<Projection>,
-    /// What is doubtful about it: one line.
+    /// Doubts about it: one line.
     pub warning: Option<String>,
 }
 

@@ -24,7 +24,7 @@ type Cell = (usize, usize, bool);
 pub(super) struct Layout {
     /// Pixels of a face in each direction, at least 1.
     side: usize,
-    /// Those to the right, to the left, above, below, ahead and behind.
+    /// Faces to the right, to the left, above, below, ahead and behind.
     cells: [Cell; 6],
     /// True if the centres of the outermost pixels lie on the edges of the cube.
     on_edges: bool,
