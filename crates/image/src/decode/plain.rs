@@ -39,7 +39,8 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, Deco
     let (width, height) = decoder.dimensions();
     let color_type = decoder.color_type();
     // The decoder's own pixels and those as all four channels are in memory for a while.
-    let channel = u64::from(color_type.bytes_per_pixel() / color_type.channel_count());
+    let channel =
+        u64::from(color_type.bytes_per_pixel().checked_div(color_type.channel_count()).unwrap_or(4));
     let bytes_per_pixel = u64::from(color_type.bytes_per_pixel()).saturating_add(channel.saturating_mul(4));
     super::check_size(name, [width.into(), height.into()], bytes_per_pixel.saturating_add(PIXEL), 0, limits)?;
     let image =
