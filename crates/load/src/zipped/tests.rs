@@ -3,6 +3,7 @@ use crate::threemf::zip;
 use crate::{Loaded, NoResolver, load_bytes};
 use overcoat_core::frame::DisplayImage;
 use overcoat_core::jobs::Jobs;
+use overcoat_core::limits::Limits;
 use overcoat_image::output::encode_png;
 
 const OBJ: &[u8] = b"mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
