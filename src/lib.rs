@@ -137,7 +137,7 @@ pub mod golden {
     /// Limits on the distance between two pictures, by file name.
     pub mod thresholds {
         #[doc(inline)]
-        pub use overcoat_golden::thresholds::{ThresholdFile, ThresholdProblem, Thresholds};
+        pub use overcoat_golden::thresholds::{Preset, ThresholdFile, ThresholdProblem, Thresholds};
     }
 }
 

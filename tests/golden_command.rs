@@ -392,3 +392,48 @@ fn nothing_in_a_folder_is_passed_over_in_silence() {
     let json: serde_json::Value = serde_json::from_str(&accepted.stdout).unwrap();
     assert_eq!((&json["files"][0]["name"], &json["errors"]), (&"a.png".into(), &serde_json::json!([])));
 }
+
+/// Pictures of every format that is read are, and what is not read may not differ.
+#[test]
+fn no_file_that_differs_passes() {
+    use image::ImageFormat;
+    let folders = Folders::new();
+    let kinds = [
+        ("bmp", ImageFormat::Bmp),
+        ("tga", ImageFormat::Tga),
+        ("tiff", ImageFormat::Tiff),
+        ("ppm", ImageFormat::Pnm),
+        ("qoi", ImageFormat::Qoi),
+    ];
+    for (side, code) in [("expected", 40_u8), ("actual", 42)] {
+        for (extension, format) in kinds {
+            for (name, code) in [("same", 40), ("differs", code)] {
+                let mut bytes = std::io::Cursor::new(Vec::new());
+                let image = image::RgbImage::from_pixel(9, 7, image::Rgb([code, 50, 60]));
+                image.write_to(&mut bytes, format).unwrap();
+                folders.write(&format!("{side}/{name}.{extension}"), bytes.into_inner());
+            }
+        }
+        folders.write(&format!("{side}/picture.svg"), format!("<svg id='{code}'/>"));
+    }
+    folders.write("actual/more.dds", "DDS ");
+    for strict in [&[][..], &["--strict"]] {
+        let (code, files) = folders.verdicts(strict);
+        assert_eq!((code, files.len()), (4, 12), "{files:?}");
+        for (name, verdict, reason) in &files {
+            let wanted = match name.as_str() {
+                "more.dds" => "no_expected",
+                name if name.starts_with("same") => "equal",
+                _ => "differs",
+            };
+            assert_eq!(verdict, wanted, "{name}: {reason}");
+        }
+    }
+    let (code, files) = folders.verdicts(&["--preset", "gpu"]);
+    let within = files.iter().filter(|(_, verdict, _)| verdict == "within").count();
+    assert_eq!((code, within), (4, 5), "{files:?}");
+    assert_eq!(folders.run("check", &["--preset", "gpo"]).code, 2);
+    let output = folders.run("accept", &["--all"]);
+    assert_eq!(output.code, 0, "{}", output.stderr);
+    assert_eq!(folders.run("check", &[]).code, 0);
+}

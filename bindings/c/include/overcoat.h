@@ -151,7 +151,7 @@ typedef enum {
    */
   OVERCOAT_ENVIRONMENT_NONE = 1,
   /*
-   A Radiance HDR or OpenEXR file: an equirectangular picture.
+   A Radiance HDR, OpenEXR, JPEG, PNG or WebP file: an equirectangular picture.
    */
   OVERCOAT_ENVIRONMENT_FILE = 2,
   /*

@@ -253,7 +253,7 @@ pub enum overcoat_environment_kind {
     OVERCOAT_ENVIRONMENT_STUDIO = 0,
     /// Nowhere.
     OVERCOAT_ENVIRONMENT_NONE = 1,
-    /// A Radiance HDR or OpenEXR file: an equirectangular picture.
+    /// A Radiance HDR, OpenEXR, JPEG, PNG or WebP file: an equirectangular picture.
     OVERCOAT_ENVIRONMENT_FILE = 2,
     /// The same in memory.
     OVERCOAT_ENVIRONMENT_MEMORY = 3,

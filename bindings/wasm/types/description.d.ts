@@ -31,7 +31,7 @@ export interface Description {
     /** Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from the model towards the camera [default: three-quarter, or another one from the front and above that shows twice as much]. */
     view?: "three-quarter" | "front" | "back" | "left" | "right" | "top" | "bottom" | (string & {});
   };
-  /** Equirectangular picture (.hdr, .exr) that lights the scene, studio for the built-in one, or none [default: studio]. */
+  /** Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, studio for the built-in one, or none [default: studio]. */
   env?: "studio" | "none" | (string & {});
   /** Factor of the environment's radiance [default: 1]. */
   env_intensity?: number;

@@ -16,6 +16,7 @@ mod coverage_check;
 mod default_command;
 mod default_output;
 mod diff;
+mod embedded;
 mod environment_cache;
 pub mod failure;
 mod file_uri;

@@ -1,6 +1,7 @@
 //! `overcoat render`: one model, one picture.
 
 use super::args::{DrawArgs, RenderArgs};
+use super::embedded::{self, Embedded};
 use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses, reduced_light, texture_losses};
 use super::output_file::{OutputFile, is_standard_output};
@@ -13,6 +14,7 @@ use overcoat_description::{BackgroundChoice, Description};
 use overcoat_image::output::TerminalFormat;
 use overcoat_load::Loaded;
 use overcoat_render::Ground;
+use overcoat_scene::Scene;
 use std::time::Instant;
 
 /// Renders one model to one picture.
@@ -33,6 +35,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let target = if args.is_unnamed { target.marked() } else { target };
     if let PictureFormat::File(format) = target.format() {
         task.behind_for(format);
+    }
+    if args.embedded {
+        task.embedded = Embedded::Always;
     }
     task.options.aovs.clone_from(&args.aov);
     task.options.aovs.dedup();
@@ -68,6 +73,11 @@ fn suit_terminal(description: &mut Description, format: TerminalFormat, sent: bo
     }
 }
 
+/// True if there is nothing in a scene that could be seen from somewhere.
+fn has_nothing(scene: &Scene) -> bool {
+    scene.instances().is_empty() && scene.splat_instances().is_empty()
+}
+
 /// Loads, renders, writes and reports, once everything is known.
 ///
 /// # Errors
@@ -78,11 +88,26 @@ pub(super) fn carry_out(
     target: &OutputFile,
     start: Instant,
 ) -> Result<(), Failure> {
-    let source = &task.source;
-    task.progress.stage(format!("loading {}", file_name(&source.path)));
+    if task.embedded == Embedded::Always {
+        return embedded::show(&mut task, target);
+    }
+    task.progress.stage(format!("loading {}", file_name(&task.source.path)));
     let mut stages = Stages::default();
     let mut renderer = draw.renderer();
-    let Loaded { scene, mut warnings, .. } = task.load(renderer.jobs(), &mut stages)?;
+    let loaded = task.load(renderer.jobs(), &mut stages);
+    let why = match &loaded {
+        Ok(loaded) if has_nothing(&loaded.scene) => Some("there is no model in it".to_owned()),
+        // What is too much for the limits could be drawn with others.
+        Err(failure) if failure.exit_code() == 1 => Some(failure.to_string()),
+        _ => None,
+    };
+    if let Some(why) = why
+        && embedded::show_instead(&mut task, target, &why)?
+    {
+        return Ok(());
+    }
+    let Loaded { scene, mut warnings, .. } = loaded?;
+    let source = &task.source;
     let camera = task.camera(source, &scene)?;
     task.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
     // The report names the frame's bits; nothing else needs more than the screen's.

@@ -1,6 +1,7 @@
 //! What commands that draw models have in common: from their options to scenes that are ready for the renderer.
 
 use super::args::DrawArgs;
+use super::embedded::Embedded;
 use super::failure::Failure;
 use super::input::{self, ModelSource};
 use super::progress::Progress;
@@ -79,6 +80,8 @@ pub(super) struct RenderTask {
     pub(super) json: bool,
     /// Whether a picture may show nothing.
     pub(super) allow_empty: bool,
+    /// When the picture of the file itself is shown.
+    pub(super) embedded: Embedded,
     pub(super) limits: Limits,
     /// What the picture shows.
     pub(super) description: Description,
@@ -135,6 +138,7 @@ impl RenderTask {
             progress,
             json,
             allow_empty,
+            embedded: Embedded::Never,
             limits,
             description,
             source,
@@ -160,6 +164,7 @@ impl RenderTask {
             progress: Progress::new(true),
             json: false,
             allow_empty: false,
+            embedded: Embedded::Never,
             limits: limits.clone(),
             description,
             source,

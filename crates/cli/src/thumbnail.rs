@@ -1,6 +1,7 @@
 //! `overcoat thumbnail`: a small picture of a file that nobody has opened yet.
 
 use super::args::{DrawArgs, InputArgs, MachineArgs, ReportArgs, ThreadArgs, ThumbnailArgs};
+use super::embedded::Embedded;
 use super::failure::Failure;
 use super::memory_bound::bound_memory;
 use super::output_file::OutputFile;
@@ -36,7 +37,8 @@ pub fn run(args: &ThumbnailArgs) -> Result<(), Failure> {
     let models = from_ref(&args.input);
     let mut description = draw.describe(models)?;
     description.size = Some([args.size.into(); 2]);
-    let task = RenderTask::new(&draw, description, models)?;
+    let mut task = RenderTask::new(&draw, description, models)?;
+    task.embedded = Embedded::WithoutModel;
     let target = OutputFile::of_format(&args.output, OutputFormat::Png, &task.inputs, task.json)?;
     render::carry_out(task, &draw, &target, start).map_err(|failure| failure.with_memory_option("--memory"))
 }

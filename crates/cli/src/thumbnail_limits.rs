@@ -43,7 +43,8 @@ pub(super) fn explained() -> String {
   overcoat thumbnail part.stl part.png
   overcoat thumbnail --size 512 file:///home/me/my%20car.glb car.png
 
-The picture is as by overcoat render: the default view, quality fast, 8 samples, a transparent background.
+The picture is as by overcoat render: the default view, quality fast, 8 samples, a transparent background. Of 3MF files, \
+G-code and Blender files without a model that can be drawn it is the picture that they carry of themselves, with a warning.
 
 Limits that are smaller than those of other commands: {}. --limit and --memory raise them.
 

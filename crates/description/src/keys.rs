@@ -156,7 +156,7 @@ pub(super) static SCENE: &[Key<Description>] = &[
         "env",
         s.env,
         EnvironmentSource,
-        "Equirectangular picture (.hdr, .exr) that lights the scene, studio for the built-in one, or none"
+        "Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, studio for the built-in one, or none"
     )
     .default("studio")
     .argument(Argument::new(Group::Light, "env", "FILE|studio|none")),

@@ -154,6 +154,7 @@ impl Golden {
                 actual: Some(new),
                 is_new: true,
                 problem: None,
+                unread: false,
             };
             return Err(only(self.record(&pair, &thresholds, expected)));
         }

@@ -4,7 +4,7 @@ use super::GoldenError;
 use super::metrics::exact::unmatched_planes;
 use super::metrics::{Measured, Metrics, measure};
 use super::thresholds::{Thresholds, short};
-use super::walk::Pair;
+use super::walk::{Pair, dotted, extension};
 use overcoat_core::files::read_file;
 use overcoat_core::limits::Limits;
 use overcoat_image::decode::{DecodeError, DecodedPicture, FrameTime, SampleKind};
@@ -148,9 +148,27 @@ pub(super) fn decode_side(bytes: Vec<u8>, limits: &Limits) -> Side {
 /// Compares the two files of a name. `strict` also looks at how the expected file is stored.
 #[must_use]
 pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limits) -> Compared {
+    if pair.unread && pair.problem.is_none() {
+        let result = unread_result(pair);
+        return Compared { result, expected: None, actual: None, frame: 0, measured: None };
+    }
     let read = |path: &Option<PathBuf>| path.as_deref().map(|path| read_side(path, limits));
     let sides = [read(&pair.expected), read(&pair.actual)];
     compare_sides(&pair.name, sides, pair.problem.clone(), thresholds, strict, limits)
+}
+
+/// Says why files differ that are not read.
+fn unread_result(pair: &Pair) -> FileResult {
+    let files = match dotted(&extension(&pair.relative)) {
+        none if none.is_empty() => "files without extension".to_owned(),
+        extension => format!("{extension} files"),
+    };
+    let (verdict, how) = match (&pair.expected, &pair.actual) {
+        (Some(_), Some(_)) => (Verdict::Differs, "the bytes differ"),
+        (Some(_), None) => (Verdict::NoActual, "no actual file"),
+        (None, _) => (Verdict::NoExpected, "no expected file"),
+    };
+    FileResult::new(&pair.name, verdict, format!("{how} ({files} are not read, so that nothing is measured)"))
 }
 
 /// Compares an expected and an actual picture, where there are such and they could be read. All comparisons come here.
@@ -302,7 +320,7 @@ pub fn compare_pictures(
     for (names, what) in [(lost, "is missing"), (added, "is not expected")] {
         reasons.extend(names.iter().map(|name| format!("channel {name} {what}")));
     }
-    reasons.extend(thresholds.violations(&measured.metrics));
+    reasons.extend(thresholds.resolved(expected.kind).violations(&measured.metrics));
     let verdict = if !reasons.is_empty() {
         Verdict::Differs
     } else if measured.metrics.exact.pixels > 0 {

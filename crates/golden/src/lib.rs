@@ -42,6 +42,7 @@ mod error;
 #[doc(hidden)]
 pub mod junit;
 pub mod metrics;
+mod preset;
 #[doc(hidden)]
 pub mod report;
 pub mod thresholds;

@@ -14,10 +14,15 @@
 //! ```
 //!
 //! A file for which no limit is given must be equal. As soon as one is given, those that are given decide, all of them.
+//!
+//! `preset = "gpu"` stands for limits that go together, see [`Preset`]. It takes the place of those that earlier tables give; keys
+//! of its own table and later ones win over what it stands for.
 
 use super::metrics::{MetricSettings, Metrics};
+pub use super::preset::Preset;
 use overcoat_core::color::hex_color;
 use overcoat_core::suggest::nearest_name;
+use overcoat_image::decode::SampleKind;
 use std::fmt::Write as _;
 use std::ops::Range;
 use toml::Spanned;
@@ -27,6 +32,8 @@ use toml::de::{DeString, DeTable, DeValue};
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Thresholds {
+    /// Limits for `max_abs` and `pixels` where those are not given.
+    pub preset: Option<Preset>,
     /// Largest difference of a channel that does not count: codes (0 to 255, or 65535), or linear light.
     pub max_abs: Option<f64>,
     /// Pixels that may differ by more than `max_abs` (0 if that is not given).
@@ -46,6 +53,12 @@ pub struct Thresholds {
 }
 
 impl Thresholds {
+    /// The same with another [`Thresholds::preset`].
+    #[must_use]
+    pub fn with_preset(self, preset: Option<Preset>) -> Self {
+        Self { preset, ..self }
+    }
+
     /// The same with another [`Thresholds::max_abs`].
     #[must_use]
     pub fn with_max_abs(self, max_abs: Option<f64>) -> Self {
@@ -96,10 +109,30 @@ impl Thresholds {
 }
 
 impl Thresholds {
+    /// The same limits for pictures of this kind, without a preset.
+    pub(super) fn resolved(&self, kind: SampleKind) -> Self {
+        let Some((max_abs, pixels)) = self.preset.and_then(|preset| preset.limits(kind)) else {
+            return Self { preset: None, ..self.clone() };
+        };
+        Self {
+            preset: None,
+            max_abs: self.max_abs.or(Some(max_abs)),
+            pixels: self.pixels.or(Some(pixels)),
+            ..self.clone()
+        }
+    }
+
+    /// Takes a preset in place of all limits so far.
+    fn start_with(&mut self, preset: Preset) {
+        let (max_bytes, metrics) = (self.max_bytes, self.metrics.clone());
+        *self = Self { preset: Some(preset), max_bytes, metrics, ..Self::default() };
+    }
+
     /// True if nothing but equality will do.
     #[must_use]
     pub fn is_exact(&self) -> bool {
-        self.max_abs.is_none()
+        self.preset != Some(Preset::Gpu)
+            && self.max_abs.is_none()
             && self.pixels.is_none()
             && self.psnr.is_none()
             && self.ssim.is_none()
@@ -201,6 +234,7 @@ struct Rule {
 enum Value {
     Number(f64),
     Colour([u8; 3]),
+    Preset(Preset),
 }
 
 /// A threshold file. What is wrong in it is kept beside what is right, so that one misspelled key does not keep a folder
@@ -214,11 +248,17 @@ pub struct ThresholdFile {
 /// The numbers that a key takes, in words and as a test.
 type NumberRange = (&'static str, fn(f64) -> bool);
 
+/// Kinds of values of keys.
+enum Takes {
+    Number(NumberRange),
+    Colour,
+    Preset,
+}
+
 /// A key with what it takes.
 struct Key {
     name: &'static str,
-    /// Range of its number; `None`: a colour.
-    range: Option<NumberRange>,
+    takes: Takes,
     set: fn(&mut Thresholds, Value),
 }
 
@@ -252,55 +292,64 @@ fn is_exposure(v: f64) -> bool {
     v.abs() <= 128.0
 }
 
-static KEYS: [Key; 11] = [
+static KEYS: [Key; 12] = [
+    Key {
+        name: "preset",
+        takes: Takes::Preset,
+        set: |t, v| {
+            if let Value::Preset(preset) = v {
+                t.start_with(preset);
+            }
+        },
+    },
     Key {
         name: "max_abs",
-        range: Some(("a number from 0", |v| v >= 0.0)),
+        takes: Takes::Number(("a number from 0", |v| v >= 0.0)),
         set: |t, v| t.max_abs = Some(v.number()),
     },
     Key {
         name: "pixels",
-        range: Some(("a whole number from 0", is_count)),
+        takes: Takes::Number(("a whole number from 0", is_count)),
         set: |t, v| t.pixels = Some(v.number() as u64),
     },
     Key {
         name: "psnr",
-        range: Some(("a number of decibels from 0", |v| v >= 0.0)),
+        takes: Takes::Number(("a number of decibels from 0", |v| v >= 0.0)),
         set: |t, v| t.psnr = Some(v.number()),
     },
     Key {
         name: "ssim",
-        range: Some(("a number from -1 to 1", |v| (-1.0..=1.0).contains(&v))),
+        takes: Takes::Number(("a number from -1 to 1", |v| (-1.0..=1.0).contains(&v))),
         set: |t, v| t.ssim = Some(v.number()),
     },
     Key {
         name: "flip_mean",
-        range: Some(("a number from 0 to 1", is_share)),
+        takes: Takes::Number(("a number from 0 to 1", is_share)),
         set: |t, v| t.flip_mean = Some(v.number()),
     },
     Key {
         name: "flip_max",
-        range: Some(("a number from 0 to 1", is_share)),
+        takes: Takes::Number(("a number from 0 to 1", is_share)),
         set: |t, v| t.flip_max = Some(v.number()),
     },
     Key {
         name: "pixels_per_degree",
-        range: Some(("a number from 1 to 1000", |v| (1.0..=1000.0).contains(&v))),
+        takes: Takes::Number(("a number from 1 to 1000", |v| (1.0..=1000.0).contains(&v))),
         set: |t, v| t.metrics.pixels_per_degree = v.number() as f32,
     },
     Key {
         name: "start_exposure",
-        range: Some(("a number of stops from -128 to 128", is_exposure)),
+        takes: Takes::Number(("a number of stops from -128 to 128", is_exposure)),
         set: |t, v| t.metrics.start_exposure = Some(v.number() as f32),
     },
     Key {
         name: "stop_exposure",
-        range: Some(("a number of stops from -128 to 128", is_exposure)),
+        takes: Takes::Number(("a number of stops from -128 to 128", is_exposure)),
         set: |t, v| t.metrics.stop_exposure = Some(v.number() as f32),
     },
     Key {
         name: "background",
-        range: None,
+        takes: Takes::Colour,
         set: |t, v| {
             if let Value::Colour(colour) = v {
                 t.metrics.background = colour;
@@ -309,7 +358,7 @@ static KEYS: [Key; 11] = [
     },
     Key {
         name: "max_bytes",
-        range: Some(("a whole number from 0", is_count)),
+        takes: Takes::Number(("a whole number from 0", is_count)),
         set: |t, v| t.max_bytes = Some(v.number() as u64),
     },
 ];
@@ -362,8 +411,13 @@ impl ThresholdFile {
         let mut out = otherwise.clone();
         for rule in &self.rules {
             if rule.pattern.as_ref().is_none_or(|pattern| matches(pattern, name)) {
-                for (key, value) in &rule.settings {
-                    (key.set)(&mut out, *value);
+                // Keys win over the preset beside them wherever it stands.
+                for presets in [true, false] {
+                    for (key, value) in &rule.settings {
+                        if matches!(value, Value::Preset(_)) == presets {
+                            (key.set)(&mut out, *value);
+                        }
+                    }
                 }
             }
         }
@@ -401,25 +455,31 @@ impl ThresholdFile {
             self.problem(line, format!("unknown key '{name}'{hint}"));
             return None;
         };
-        let Some((range, is_valid)) = key.range else {
-            let colour = value.as_str().and_then(colour);
-            if colour.is_none() {
-                self.problem(line, format!("{name} takes a colour such as \"#808080\""));
-            }
-            return colour.map(|colour| (key, Value::Colour(colour)));
+        let found = match key.takes {
+            Takes::Number((_, is_valid)) => number(value).filter(|&v| is_valid(v)).map(Value::Number),
+            Takes::Colour => value.as_str().and_then(colour).map(Value::Colour),
+            Takes::Preset => value.as_str().and_then(Preset::from_name).map(Value::Preset),
         };
-        let number = match value {
-            DeValue::Integer(v) => i64::from_str_radix(v.as_str(), v.radix()).ok().map(|v| v as f64),
-            DeValue::Float(v) => v.as_str().parse().ok(),
-            _ => None,
-        };
-        match number {
-            Some(number) if is_valid(number) => Some((key, Value::Number(number))),
-            _ => {
-                self.problem(line, format!("{name} takes {range}"));
-                None
-            }
+        if found.is_none() {
+            let what = match key.takes {
+                Takes::Number((range, _)) => range.to_owned(),
+                Takes::Colour => "a colour such as \"#808080\"".to_owned(),
+                Takes::Preset => {
+                    Preset::ALL.iter().map(|p| format!("\"{}\"", p.name())).collect::<Vec<_>>().join(" or ")
+                }
+            };
+            self.problem(line, format!("{name} takes {what}"));
         }
+        found.map(|value| (key, value))
+    }
+}
+
+/// A number of a threshold file.
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Integer(v) => i64::from_str_radix(v.as_str(), v.radix()).ok().map(|v| v as f64),
+        DeValue::Float(v) => v.as_str().parse().ok(),
+        _ => None,
     }
 }
 
@@ -503,7 +563,10 @@ mod tests {
         assert_eq!(messages[1], (4, "unknown key 'flip-mean'; did you mean 'flip_mean'?"));
         assert_eq!(messages[2], (5, "ssim takes a number from -1 to 1"));
         assert_eq!(messages[3], (6, "pixels takes a whole number from 0"));
-        assert!(messages[4].1.starts_with("unknown key 'xyzzy'; known are max_abs, "), "{messages:?}");
+        assert!(
+            messages[4].1.starts_with("unknown key 'xyzzy'; known are preset, max_abs, "),
+            "{messages:?}"
+        );
         assert_eq!(messages[5].0, 8);
         assert_eq!(messages[6], (9, "psnr takes a number of decibels from 0"));
         assert_eq!(file.of("x.png", &Thresholds::default()).psnr, Some(30.0));

@@ -4,6 +4,8 @@ use super::GoldenError;
 use overcoat_core::limits::Limits;
 use overcoat_image::decode::extensions;
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 /// What stands before the extension of a picture that a failed test leaves: `x.new.png` beside `x.png`.
@@ -27,6 +29,8 @@ pub struct Pair {
     pub is_new: bool,
     /// Why a file of this name was not looked at, if so: it is a link that leads out of its folder, or cannot be read.
     pub problem: Option<String>,
+    /// True for files of a format that is not read, which are not the same in every byte.
+    pub unread: bool,
 }
 
 /// Two folders whose pictures are compared by name, or two files.
@@ -36,15 +40,17 @@ pub struct FolderPair {
     pub expected: PathBuf,
     /// Folder of the actual pictures.
     pub actual: PathBuf,
-    /// The pictures of both, by name.
+    /// The pictures of both, by name, and of the other files those that differ: in a byte, or because a picture of a format
+    /// that is not read is on one side only.
     pub pairs: Vec<Pair>,
-    /// The other files of both, which are not compared: how many there are by extension (`.txt`; empty for names without
-    /// one), without those that belong to the goldens (`thresholds.toml`).
+    /// The rest of the other files of both: how many there are by extension (`.txt`; empty for names without one), without
+    /// those that belong to the goldens (`thresholds.toml`).
     pub others: BTreeMap<String, u64>,
 }
 
 impl FolderPair {
-    /// Lists the pictures (those with [`extensions`]) of two folders and of the folders in them. In the actual folder,
+    /// Lists the pictures (those with [`extensions`]) of two folders and of the folders in them, and what differs of the other
+    /// files: nothing that is not read may pass for equal. In the actual folder,
     /// `x.new.png` stands for `x.png` and comes before a file of that name; in the expected folder it is left out. So
     /// both may be one folder, in which tests leave what failed.
     ///
@@ -76,24 +82,16 @@ impl FolderPair {
             (false, true) => return Err(GoldenError::Mixed { folder: actual, file: expected }),
         }
         let mut pairs: BTreeMap<(String, PathBuf), Pair> = BTreeMap::new();
-        let mut others = BTreeMap::new();
-        for found in list(&expected, limits, &mut others)? {
+        for found in list(&expected, limits)? {
             if split_new(&found.relative).is_some() {
                 continue;
             }
             let pair = pairs.entry((found.name, found.relative)).or_default();
+            pair.unread = found.unread;
             pair.expected = found.problem.is_none().then_some(found.path);
             pair.problem = found.problem;
         }
-        // One folder may be both.
-        let mut more = BTreeMap::new();
-        let found_actual = list(&actual, limits, &mut more)?;
-        if expected.canonicalize().ok() != actual.canonicalize().ok() {
-            for (extension, count) in more {
-                *others.entry(extension).or_default() += count;
-            }
-        }
-        for found in found_actual {
+        for found in list(&actual, limits)? {
             let (key, is_new) = match split_new(&found.relative) {
                 Some(relative) => ((name_of(&relative), relative), true),
                 None => ((found.name, found.relative), false),
@@ -102,18 +100,25 @@ impl FolderPair {
             if pair.is_new && !is_new {
                 continue;
             }
+            pair.unread = found.unread;
             pair.is_new = is_new;
             pair.actual = found.problem.is_none().then_some(found.path);
             if found.problem.is_some() {
                 pair.problem = found.problem;
             }
         }
-        let named = |((name, relative), pair)| Pair { name, relative, ..pair };
-        let pairs = pairs.into_iter().map(named).collect();
-        Ok(Self { expected, actual, pairs, others })
+        let mut out = Self { expected, actual, pairs: Vec::new(), others: BTreeMap::new() };
+        for ((name, relative), pair) in pairs {
+            let pair = Pair { name, relative, ..pair };
+            match files_of_no_interest(&pair) {
+                0 => out.pairs.push(pair),
+                count => *out.others.entry(dotted(&extension(&pair.relative))).or_default() += count,
+            }
+        }
+        Ok(out)
     }
 
-    /// The files that are not compared, in one line; `None` if there are none.
+    /// The files that are not compared as pictures, in one line; `None` if there are none.
     #[must_use]
     pub fn others_in_words(&self) -> Option<String> {
         let count: u64 = self.others.values().sum();
@@ -148,15 +153,69 @@ fn name_of(relative: &Path) -> String {
     relative.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
+/// Extensions of pictures and films that are not read, in lower case.
+const UNREAD_PICTURES: [&str; 38] = [
+    "astc", "avi", "avif", "basis", "cin", "cur", "dds", "dng", "dpx", "ff", "gv", "heic", "heif", "ico",
+    "j2k", "jfif", "jp2", "jpe", "jxl", "jxr", "ktx", "ktx2", "mkv", "mov", "mp4", "pcx", "pdf", "pfm",
+    "pic", "ps", "psb", "psd", "rgbe", "sgi", "svg", "svgz", "webm", "xcf",
+];
+
+/// Number of files of a pair that nobody has to look at: those of a format that is not read, with the same bytes on both sides,
+/// or no picture and on one side only. 0 if the pair is to be compared.
+fn files_of_no_interest(pair: &Pair) -> u64 {
+    if !pair.unread || pair.problem.is_some() {
+        return 0;
+    }
+    match (&pair.expected, &pair.actual) {
+        (Some(expected), Some(actual)) if expected == actual => 1,
+        (Some(expected), Some(actual)) if has_same_bytes(expected, actual).unwrap_or(false) => 2,
+        (Some(_), Some(_)) => 0,
+        _ => u64::from(!UNREAD_PICTURES.contains(&extension(&pair.relative).as_str())),
+    }
+}
+
+/// Compares two regular files byte by byte; anything else is not the same.
+fn has_same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {
+    // Asked before opening, which would wait for a writer if one were a pipe.
+    let (size, other) = (std::fs::metadata(a)?, std::fs::metadata(b)?);
+    if !size.is_file() || !other.is_file() || size.len() != other.len() {
+        return Ok(false);
+    }
+    let [mut a, mut b] = [BufReader::new(File::open(a)?), BufReader::new(File::open(b)?)];
+    loop {
+        let (left, right) = (a.fill_buf()?, b.fill_buf()?);
+        let count = left.len().min(right.len());
+        if left[..count] != right[..count] || count == 0 && left.len() != right.len() {
+            return Ok(false);
+        }
+        if count == 0 {
+            return Ok(true);
+        }
+        a.consume(count);
+        b.consume(count);
+    }
+}
+
+/// The extension of a file in lower case, empty if it has none.
+pub(super) fn extension(path: &Path) -> String {
+    path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase()
+}
+
+/// The beginning of an extension behind its dot, and nothing for none.
+pub(super) fn dotted(extension: &str) -> String {
+    if extension.is_empty() { String::new() } else { format!(".{}", short(extension)) }
+}
+
 struct Found {
     name: String,
     relative: PathBuf,
     path: PathBuf,
     problem: Option<String>,
+    unread: bool,
 }
 
-/// The pictures in a folder and the folders in it; other files are counted by extension.
-fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Result<Vec<Found>, GoldenError> {
+/// The files in a folder and the folders in it, without the threshold file.
+fn list(root: &Path, limits: &Limits) -> Result<Vec<Found>, GoldenError> {
     let io = |path: &Path| {
         let path = path.to_owned();
         move |source| GoldenError::Io { path, source }
@@ -164,7 +223,6 @@ fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Res
     let real_root = root.canonicalize().map_err(io(root))?;
     let mut found = Vec::new();
     let mut folders = vec![(root.to_owned(), PathBuf::new())];
-    let mut other = 0_u64;
     while let Some((folder, prefix)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(io(&folder))? {
             let entry = entry.map_err(io(&folder))?;
@@ -174,21 +232,14 @@ fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Res
                 folders.push((path, relative));
                 continue;
             }
-            let extension =
-                path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-            let count = (found.len() + folders.len()) as u64 + other;
+            let count = (found.len() + folders.len()) as u64;
             Limits::check(|| format!("files in {}", root.display()), count, limits.nodes, "nodes")?;
-            if !extensions().any(|known| known == extension) {
-                if relative != Path::new(THRESHOLDS) {
-                    other += 1;
-                    let extension =
-                        if extension.is_empty() { extension } else { format!(".{}", short(&extension)) };
-                    *others.entry(extension).or_default() += 1;
-                }
+            if relative == Path::new(THRESHOLDS) {
                 continue;
             }
+            let unread = !extensions().any(|known| known == extension(&path));
             let problem = kind.is_symlink().then(|| link_problem(&path, &real_root)).flatten();
-            found.push(Found { name: name_of(&relative), relative, path, problem });
+            found.push(Found { name: name_of(&relative), relative, path, problem, unread });
         }
     }
     Ok(found)
@@ -253,6 +304,33 @@ mod tests {
         assert!(matches!(FolderPair::open(&file, &actual, &limits), Err(GoldenError::Mixed { .. })));
         assert!(FolderPair::open(&root.path().join("none"), &actual, &limits).is_err());
         assert_eq!(FolderPair::open(&file, &actual.join("z.hdr"), &limits).unwrap().pairs[0].name, "x.png");
+    }
+
+    #[test]
+    fn what_is_not_read_is_a_pair_if_it_differs() {
+        let root = tempfile::tempdir().unwrap();
+        let (expected, actual) = (root.path().join("e"), root.path().join("a"));
+        let long = "x".repeat(100_000);
+        for (folder, name, text) in [
+            (&expected, "same.svg", long.as_str()),
+            (&actual, "same.svg", &long),
+            (&expected, "longer.svg", &long),
+            (&actual, "longer.svg", &long[1..]),
+            (&expected, "other", &format!("{long}a")),
+            (&actual, "other", &format!("{long}b")),
+            (&expected, "readme.md", "x"),
+            (&actual, "only.DDS", "x"),
+            (&expected, "new.svg", "x"),
+            (&actual, "new.new.svg", "y"),
+        ] {
+            fs::create_dir_all(folder).unwrap();
+            fs::write(folder.join(name), text).unwrap();
+        }
+        let pair = FolderPair::open(&expected, &actual, &Limits::default()).unwrap();
+        let names: Vec<_> = pair.pairs.iter().map(|p| (p.name.as_str(), p.unread)).collect();
+        assert_eq!(names, [("longer.svg", true), ("new.svg", true), ("only.DDS", true), ("other", true)]);
+        let words = "3 files are not compared: 1 .md, 2 .svg";
+        assert_eq!(pair.others_in_words().as_deref(), Some(words));
     }
 
     #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! The ZIP archive around a 3MF model (PKWARE APPNOTE 6.3; Open Packaging Conventions, ECMA-376 part 2, annex B).
+//! ZIP archives: those around a 3MF model, and those that a model was packed in (PKWARE APPNOTE 6.3; Open Packaging Conventions, ECMA-376 part 2, annex B).
 //!
 //! The crate `rawzip` finds the directory and the parts; every size of them is a claim of the file. A part is charged to the
 //! budget with the size that the directory claims before anything is inflated, and inflating stops there, so that a bomb
@@ -17,8 +17,6 @@ use rawzip::{
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Name of the format in messages.
-const FORMAT: &str = "3MF";
 /// Begins every archive that holds a file.
 pub(crate) const MAGIC: &[u8; 4] = b"PK\x03\x04";
 
@@ -42,6 +40,8 @@ struct Entry {
 /// An open archive.
 #[derive(Debug)]
 pub(crate) struct Archive<'a> {
+    /// Name of what is in it, in messages.
+    format: &'static str,
     bytes: &'a [u8],
     zip: ZipSliceArchive<&'a [u8]>,
     /// By [`part_name`].
@@ -68,10 +68,6 @@ fn part_name_of(bytes: &[u8]) -> String {
     part_name(&String::from_utf8_lossy(bytes))
 }
 
-fn malformed(message: impl Into<String>) -> LoadError {
-    LoadError::malformed(FORMAT, message)
-}
-
 /// The names of the first `most` parts; empty for what is no archive.
 pub(crate) fn names(bytes: &[u8], most: usize) -> Vec<String> {
     let Ok(zip) = ZipArchive::from_slice(bytes) else { return Vec::new() };
@@ -81,15 +77,24 @@ pub(crate) fn names(bytes: &[u8], most: usize) -> Vec<String> {
 
 impl<'a> Archive<'a> {
     /// Reads the directory. Of two parts with one name the later counts, with a warning.
-    pub(super) fn open(bytes: &'a [u8], limits: &Limits, warnings: &mut Warnings) -> Result<Self, LoadError> {
+    pub(super) fn open(
+        format: &'static str,
+        bytes: &'a [u8],
+        limits: &Limits,
+        warnings: &mut Warnings,
+    ) -> Result<Self, LoadError> {
+        let malformed = |message: String| LoadError::malformed(format, message);
         let zip = ZipArchive::from_slice(bytes).map_err(|error| {
-            malformed(match error.kind() {
-                ErrorKind::InvalidEndOfCentralDirectory => "the archive's directory is beyond its end",
-                _ => "the archive has no directory: it is damaged or not complete",
-            })
+            malformed(
+                match error.kind() {
+                    ErrorKind::InvalidEndOfCentralDirectory => "the archive's directory is beyond its end",
+                    _ => "the archive has no directory: it is damaged or not complete",
+                }
+                .to_owned(),
+            )
         })?;
         let count = zip.entries_hint();
-        Limits::check(|| "3MF: the number of parts".to_owned(), count, limits.nodes, "nodes")?;
+        Limits::check(|| format!("{format}: the number of parts"), count, limits.nodes, "nodes")?;
         let mut entries = BTreeMap::new();
         let mut parts = zip.entries();
         for number in 0..count {
@@ -108,15 +113,25 @@ impl<'a> Archive<'a> {
             let name = part_name_of(part.file_path().as_bytes());
             if entries.insert(name.clone(), entry).is_some() {
                 let name = quoted(name.as_bytes());
-                warnings.add(|| format!("3MF: of the parts named {name} only the last is read"));
+                warnings.add(|| format!("{format}: of the parts named {name} only the last is read"));
             }
         }
-        Ok(Self { bytes, zip, entries })
+        Ok(Self { format, bytes, zip, entries })
     }
 
     /// True if there is a part of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.entries.contains_key(&part_name(name))
+    }
+
+    /// Names of all parts in lower case, in alphabetical order.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.entries.keys().map(String::as_str)
+    }
+
+    /// Bytes of a part, as the directory claims.
+    pub(super) fn size(&self, name: &str) -> Option<u64> {
+        self.entries.get(&part_name(name)).map(|entry| entry.size)
     }
 
     /// The first part, in alphabetical order, whose name ends so (in lower case).
@@ -127,11 +142,12 @@ impl<'a> Archive<'a> {
     /// The content of a part, as many bytes as the directory says and with its checksum.
     pub(super) fn read(&self, name: &str, budget: &mut Budget) -> Result<Cow<'a, [u8]>, LoadError> {
         let part = || format!("part {}", quoted(name.as_bytes()));
+        let malformed = |message: String| LoadError::malformed(self.format, message);
         let Some(entry) = self.entries.get(&part_name(name)) else {
             return Err(malformed(format!("{} does not exist", part())));
         };
         if entry.encrypted {
-            return Err(LoadError::unsupported(FORMAT, format!("{} is encrypted", part())));
+            return Err(LoadError::unsupported(self.format, format!("{} is encrypted", part())));
         }
         let beyond = || malformed(format!("{} is beyond the end", part()));
         let found = self.zip.get_entry(entry.place).map_err(|_| beyond())?;
@@ -156,7 +172,7 @@ impl<'a> Archive<'a> {
             other => {
                 let message =
                     format!("{} is compressed by method {}, not by deflate", part(), other.as_u16());
-                return Err(LoadError::unsupported(FORMAT, message));
+                return Err(LoadError::unsupported(self.format, message));
             }
         };
         let there = ZipVerification { crc: rawzip::crc32(&content), uncompressed_size: content.len() as u64 };

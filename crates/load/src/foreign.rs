@@ -1,6 +1,5 @@
 //! What a file is that is none of the formats read here: for messages.
 use super::archive;
-use super::text::quoted;
 use std::borrow::Cow;
 
 /// How files of other formats begin, and what to call them: common formats of models first, then what models are
@@ -117,9 +116,6 @@ fn well_known(bytes: &[u8]) -> Option<&'static str> {
     None
 }
 
-/// How names of models end.
-const MODELS: [&str; 7] = [".glb", ".vrm", ".gltf", ".obj", ".stl", ".ply", ".3mf"];
-
 /// What an archive holds.
 fn packed(bytes: &[u8]) -> Cow<'static, str> {
     let names = archive::names(bytes, 4096);
@@ -137,20 +133,7 @@ fn packed(bytes: &[u8]) -> Cow<'static, str> {
     if names.iter().any(|name| name == "[content_types].xml") {
         return "an Office document or the like: a ZIP archive without 3D model in it".into();
     }
-    let is_model = |name: &&String| MODELS.iter().any(|end| name.ends_with(end));
-    let mut models = names.iter().filter(is_model);
-    let Some(model) = models.next() else { return "a ZIP archive without 3D model in it".into() };
-    // A texture could be anything in it, so it is not unpacked here.
-    let more = match models.count() {
-        0 => String::new(),
-        1 => " and another model".to_owned(),
-        more => format!(" and {more} other models"),
-    };
-    format!(
-        "a ZIP archive with {}{more} in it: unpack it first, and give the model",
-        quoted(model.as_bytes())
-    )
-    .into()
+    "a ZIP archive without 3D model in it".into()
 }
 
 #[cfg(test)]

@@ -32,6 +32,8 @@ mod animated;
 mod archive;
 mod budget;
 mod clay;
+#[cfg(feature = "3mf")]
+mod embedded;
 mod environment;
 mod error;
 mod foreign;
@@ -67,8 +69,12 @@ mod utf16;
 mod vertices;
 mod warnings;
 mod weld;
+#[cfg(feature = "3mf")]
+mod zipped;
 
 pub use animated::{AnimatedModel, AnimationInfo};
+#[cfg(feature = "3mf")]
+pub use embedded::{EmbeddedPicture, embedded_picture};
 pub use environment::{
     FORMATS as ENVIRONMENT_FORMATS, LoadedEnvironment, load as load_environment,
     load_file as load_environment_file,
@@ -166,7 +172,8 @@ pub fn environment(path: impl AsRef<Path>) -> Result<LoadedEnvironment, LoadErro
 }
 
 /// Loads a model file of any known format, told by its content and, where that says nothing, by its extension; gzip or
-/// Zstandard around it is unpacked. Files that it refers to are read from its folder and the folders in it, from nowhere
+/// Zstandard around it is unpacked. Of a ZIP archive the one model in it is read, or that which lies least deep, with the files
+/// that it refers to from the archive. Files that it refers to are read from its folder and the folders in it, from nowhere
 /// else. A pipe is read to its end, and has no folder.
 ///
 /// # Errors
@@ -361,6 +368,12 @@ fn read_unpacked(
         && Format::detect(&text).is_some()
     {
         return read_unpacked(&text, claim, options, purpose, context);
+    }
+    #[cfg(feature = "3mf")]
+    if detected.is_none()
+        && let Some(found) = zipped::read(bytes, options, purpose, context)?
+    {
+        return Ok(found);
     }
     // What somebody says of a file, or its name, counts for less than what it begins with.
     if detected.is_none()

@@ -89,7 +89,7 @@ class PictureOptions(ViewOptions, total=False):
     camera: Union[Camera, str, _overcoat.Orbit]
     """The camera. Without eye the model is framed automatically, seen along view."""
     env: Union[Path, _overcoat.Environment, npt.NDArray[Any]]
-    """Equirectangular picture (.hdr, .exr) that lights the scene, studio for the built-in one, or none [default: studio]."""
+    """Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, studio for the built-in one, or none [default: studio]."""
     env_intensity: float
     """Factor of the environment's radiance [default: 1]."""
     env_rotation_deg: float

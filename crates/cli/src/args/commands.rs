@@ -51,6 +51,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = value_parsers::aov)]
     pub aov: Vec<Aov>,
 
+    /// Show the picture that the file carries of itself (3MF, G-code, Blender), scaled, in place of rendering its model
+    #[arg(long, conflicts_with_all = ["aov", "stage_hashes"])]
+    pub embedded: bool,
+
     /// Add to --json a hash of what each stage handed to the next: where two machines differ, the first that differs
     /// names the stage to look into
     #[arg(long, requires = "json")]

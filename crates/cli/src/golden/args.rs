@@ -3,7 +3,8 @@
 use crate::args::{LimitArgs, ThreadArgs};
 use crate::value_parsers;
 use clap::{Args, Subcommand};
-use overcoat_golden::thresholds;
+use overcoat_description::one_of;
+use overcoat_golden::thresholds::{self, Preset};
 use std::path::PathBuf;
 
 /// `overcoat golden`
@@ -15,9 +16,10 @@ use std::path::PathBuf;
   overcoat golden report tests/golden out -o report.html
   overcoat golden accept tests/golden out car.png
 
-Pictures are .png and .apng (8 and 16 bits), .webp, .gif, .jpg, .exr (half and float, every channel) and .hdr, \
-in folders and the folders in them, paired by name. Of animated PNG, WebP and GIF every frame is compared, and \
-how long it is shown. Which renderer made them does not matter."
+Pictures are .png and .apng (8 and 16 bits), .webp, .gif, .jpg, .bmp, .tga, .tif (8 and 16 bits, float), .ppm and its like, \
+.qoi, .exr (half and float, every channel) and .hdr, in folders and the folders in them, paired by name. Of animated PNG, \
+WebP and GIF every frame is compared, and how long it is shown. Files of other formats have to be the same in every byte. \
+Which renderer made them does not matter."
 )]
 pub struct GoldenArgs {
     /// What to do.
@@ -42,6 +44,10 @@ const EXIT_CODES: &str = "Exit codes: 0 equal within thresholds; 4 something dif
 const THRESHOLDS: &str =
     "Without thresholds pictures must be equal in every sample. A threshold file is TOML:
 
+  preset = \"gpu\"       # max_abs = 3 codes of 255 (0.012 of linear light), pixels = 12; or \"exact\"
+
+or with limits of one's own, which win over a preset:
+
   max_abs = 2          # for all files: codes of 255 (or 65535), linear light in .exr and .hdr
   pixels = 20          # so many may differ by more than max_abs
 
@@ -63,6 +69,11 @@ pub struct FolderArgs {
     /// How much pictures may differ [default: thresholds.toml in EXPECTED, if it is there]
     #[arg(long, value_name = "FILE")]
     pub thresholds: Option<PathBuf>,
+
+    /// Limits where the threshold file says nothing: exact is equality; gpu allows 3 codes of 255 everywhere,
+    /// and 12 pixels that differ by more [default: exact]
+    #[arg(long, value_name = "NAME", value_parser = preset)]
+    pub preset: Option<Preset>,
 
     /// Pixels in one degree of the observer's view, 1 to 1000, for FLIP [default: 67.02, 3840 pixels on 0.7 m seen from 0.7 m]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<f32>(1.0, 1000.0),
@@ -170,6 +181,11 @@ pub struct AcceptArgs {
     /// Print what was done as JSON to standard output
     #[arg(long)]
     pub json: bool,
+}
+
+/// A preset by name.
+fn preset(text: &str) -> Result<Preset, String> {
+    Preset::from_name(text).ok_or_else(|| one_of(text, Preset::ALL.iter().map(|preset| preset.name())))
 }
 
 fn background(text: &str) -> Result<[u8; 3], String> {

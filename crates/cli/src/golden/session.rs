@@ -57,7 +57,7 @@ impl Session {
             None => (ThresholdFile::default(), String::new()),
             Some(path) => (read_thresholds(path, &limits)?, file_name(path)),
         };
-        let mut base = Thresholds::default();
+        let mut base = Thresholds::default().with_preset(args.preset);
         if let Some(pixels_per_degree) = args.pixels_per_degree {
             base.metrics.pixels_per_degree = pixels_per_degree;
         }

@@ -1,6 +1,7 @@
 //! Transfer functions and tone curves.
 
 mod hex;
+pub mod primaries;
 pub mod srgb;
 mod tone;
 

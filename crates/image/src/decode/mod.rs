@@ -26,6 +26,7 @@ mod motion;
 #[cfg_attr(not(feature = "exr"), path = "without_exr.rs")]
 pub mod openexr;
 mod picture;
+mod plain;
 mod png;
 pub mod radiance;
 pub mod texture;
@@ -35,7 +36,7 @@ pub use error::DecodeError;
 pub use error::{in_quotes, one_line};
 #[cfg(feature = "exr")]
 use exr_planes::read_exr_planes;
-pub use exr_samples::{ExrPlane, ExrSamples};
+pub use exr_samples::{ExrColors, ExrPlane, ExrSamples, Projection};
 pub use motion::{FrameTime, Motion, MotionFrame};
 #[cfg(not(feature = "exr"))]
 use openexr::read_exr_planes;

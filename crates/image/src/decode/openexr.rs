@@ -4,31 +4,54 @@
 //! the coordinates in chunks, and ends in an assertion where they lie (1.74: a tile of another level).
 
 use super::error::quoted;
+use super::exr_samples::{ExrColors, Projection};
 use super::{DecodeError, check_size};
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::compression::Compression;
 use exr::meta::MetaData;
-use exr::meta::attribute::SampleType;
+use exr::meta::attribute::{Chromaticities, EnvironmentMap, SampleType};
 use exr::meta::header::Header;
+use overcoat_core::color::primaries::Primaries;
 use overcoat_core::limits::Limits;
 use std::io::Cursor;
 
 /// Name of the format in messages.
 pub const FORMAT: &str = "OpenEXR";
 
-/// Width, height and linear pixels, row by row from the top.
-type Pixels = (u32, u32, Vec<[f32; 3]>);
-
-/// The picture, and what is doubtful about it.
-pub fn read(bytes: &[u8], limits: &Limits) -> Result<(Pixels, Option<String>), DecodeError> {
+/// The picture, with what its file says of its colours and its directions.
+pub fn read(bytes: &[u8], limits: &Limits) -> Result<ExrColors, DecodeError> {
     let meta = read_meta(bytes, limits)?;
     let layer = Layer::choose(&meta)?;
     check_compression(layer.header)?;
     let (width, height) = (layer.header.layer_size.width(), layer.header.layer_size.height());
     let mut pixels = vec![[0.0; 3]; layer.header.layer_size.area()];
     for_each_block(bytes, &meta, |index| index == layer.index, |_, block| layer.copy(block, &mut pixels))?;
-    Ok(((side(width)?, side(height)?, pixels), differs_between_machines(layer.header)))
+    // Some programs write what is common to all layers into the first one alone.
+    let first = meta.headers.first();
+    let chromaticities = layer.header.shared_attributes.chromaticities;
+    let chromaticities = chromaticities.or_else(|| first?.shared_attributes.chromaticities);
+    let projection = layer.header.own_attributes.environment_map;
+    Ok(ExrColors {
+        width: side(width)?,
+        height: side(height)?,
+        pixels,
+        primaries: chromaticities.map(primaries),
+        projection: projection.or_else(|| first?.own_attributes.environment_map).map(|projection| {
+            match projection {
+                EnvironmentMap::LatitudeLongitude => Projection::LatitudeLongitude,
+                EnvironmentMap::Cube => Projection::Cube,
+            }
+        }),
+        warning: differs_between_machines(layer.header),
+    })
+}
+
+/// The attribute `chromaticities`, whatever its numbers are.
+fn primaries(attribute: Chromaticities) -> Primaries {
+    let [red, green, blue, white] =
+        [attribute.red, attribute.green, attribute.blue, attribute.white].map(|v| [v.x(), v.y()]);
+    Primaries { red, green, blue, white }
 }
 
 /// The headers alone first: opening all allocates tables of the size that they claim.
@@ -266,11 +289,10 @@ mod tests {
         use Compression::{PIZ, RLE, Uncompressed, ZIP1, ZIP16};
         for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ] {
             for half in [false, true] {
-                let ((width, height, pixels), warning) =
-                    read(&encode(compression, half), &Limits::default()).unwrap();
-                assert!(warning.is_none());
-                assert_eq!((width, height), (20, 10));
-                for (k, p) in pixels.iter().enumerate() {
+                let picture = read(&encode(compression, half), &Limits::default()).unwrap();
+                assert!(picture.warning.is_none() && picture.primaries.is_none());
+                assert_eq!((picture.width, picture.height, picture.projection), (20, 10, None));
+                for (k, p) in picture.pixels.iter().enumerate() {
                     let v = (k % 20) as f32 * 0.5 - (k / 20) as f32 * 0.25 + 1.0;
                     assert_eq!(*p, [v, 2.0, v], "pixel {k}");
                 }
@@ -284,8 +306,8 @@ mod tests {
         let b44 = read(&encode(Compression::B44, true), &Limits::default());
         assert!(matches!(b44, Err(DecodeError::Unsupported { .. })));
         for (compression, warned) in [(Compression::DWAA(None), true), (Compression::PIZ, false)] {
-            let (_, warning) = read(&encode(compression, true), &Limits::default()).unwrap();
-            assert_eq!(warning.is_some(), warned, "{compression:?}");
+            let picture = read(&encode(compression, true), &Limits::default()).unwrap();
+            assert_eq!(picture.warning.is_some(), warned, "{compression:?}");
         }
         let limits = Limits::default().with_texture_pixels(199);
         assert!(matches!(read(&bytes, &limits), Err(DecodeError::Limit(_))));

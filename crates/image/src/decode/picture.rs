@@ -5,7 +5,7 @@ use super::exr_samples::{ExrPlane, ExrSamples};
 use super::motion::read_frames;
 use super::motion::{Motion, read_apng};
 use super::png::{BYTES_PER_PIXEL, read_png};
-use super::{DecodeError, radiance, read_exr_planes};
+use super::{DecodeError, plain, radiance, read_exr_planes};
 use image::ImageDecoder;
 #[cfg(feature = "more-textures")]
 use image::codecs::gif::GifDecoder;
@@ -21,8 +21,20 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// Formats of the files that are compared. Which a file has, its content tells.
-pub const FORMATS: &[FileFormat] =
-    &[formats::PNG, formats::APNG, formats::WEBP, formats::GIF, formats::JPEG, formats::EXR, formats::HDR];
+pub const FORMATS: &[FileFormat] = &[
+    formats::PNG,
+    formats::APNG,
+    formats::WEBP,
+    formats::GIF,
+    formats::JPEG,
+    formats::BMP,
+    formats::TGA,
+    formats::TIFF,
+    formats::PNM,
+    formats::QOI,
+    formats::EXR,
+    formats::HDR,
+];
 
 /// Extensions of the files that are compared, in lower case.
 pub fn extensions() -> impl Iterator<Item = &'static str> {
@@ -37,13 +49,13 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SampleKind {
-    /// 8-bit codes of PNG (fewer bits are widened), WebP, GIF or JPEG, taken as sRGB.
+    /// 8-bit codes of PNG (fewer bits are widened), WebP, GIF, JPEG, BMP, TGA, TIFF, Netpbm or QOI, taken as sRGB.
     Unsigned8,
-    /// 16-bit codes of PNG, taken as sRGB.
+    /// 16-bit codes of PNG, TIFF or Netpbm, taken as sRGB.
     Unsigned16,
     /// 16-bit floats of OpenEXR, linear.
     Half,
-    /// 32-bit floats of OpenEXR, linear.
+    /// 32-bit floats of OpenEXR or TIFF, linear.
     Float,
     /// Mantissas with a common exponent of Radiance files, linear.
     Rgbe,
@@ -105,7 +117,7 @@ impl From<&DisplayImage> for DecodedPicture {
     }
 }
 
-/// Reads a still PNG, WebP, GIF or JPEG file as a picture for screens: 8 bits, straight alpha, taken as sRGB. 16 bits are
+/// Reads a still file of one of [`FORMATS`] as a picture for screens: 8 bits, straight alpha, taken as sRGB. 16 bits are
 /// cut to 8.
 ///
 /// # Errors
@@ -134,7 +146,8 @@ impl DecodedPicture {
         Self::from_bytes(&read_file(path, limits)?, limits)
     }
 
-    /// Decodes a PNG, WebP, GIF (all animated or not), JPEG, OpenEXR or Radiance file; its first bytes say which it is.
+    /// Decodes a PNG, WebP, GIF (all animated or not), JPEG, BMP, TGA, TIFF, Netpbm, QOI, OpenEXR or Radiance file; its bytes say
+    /// which it is.
     ///
     /// # Errors
     /// [`DecodeError`] if it is none of them, is damaged, or asks for more than the limits allow.
@@ -158,8 +171,7 @@ impl DecodedPicture {
             let pixels = pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();
             Ok(Self::still([width, height], SampleKind::Rgbe, pixels))
         } else {
-            let message = "neither a PNG nor an OpenEXR nor a Radiance HDR, WebP, GIF or JPEG file (by its first bytes)";
-            Err(DecodeError::UnknownFormat(message.to_owned()))
+            plain::read(bytes, limits)
         }
     }
 

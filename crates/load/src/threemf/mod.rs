@@ -56,7 +56,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
 /// Reads a package, about an origin of its own if its model is far away.
 fn load_in(bytes: &[u8], far: bool, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
-    let archive = Archive::open(bytes, context.limits, &mut warnings)?;
+    let archive = Archive::open(FORMAT, bytes, context.limits, &mut warnings)?;
     let mut budget = Budget::new(context.limits);
     let start = start_part(&archive, &mut budget)?;
     let settings = Settings::read(&archive, &mut budget, &mut warnings);
@@ -345,3 +345,5 @@ impl Builder<'_> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) use tests::zip;

@@ -7,7 +7,7 @@ use overcoat_core::jobs::Jobs;
 use overcoat_scene::{AlphaMode, Filter, Workflow, Wrap};
 
 /// An archive; `deflate` compresses its parts.
-fn zip(parts: &[(&str, &[u8])], deflate: bool) -> Vec<u8> {
+pub(crate) fn zip(parts: &[(&str, &[u8])], deflate: bool) -> Vec<u8> {
     let (mut out, mut directory) = (Vec::new(), Vec::new());
     for (name, content) in parts {
         let packed = if deflate { compress_to_vec(content, 6) } else { content.to_vec() };

@@ -1,7 +1,7 @@
 //! Encoded pictures (PNG, JPEG, WebP, KTX2, and others that people have) to 8-bit RGBA, with their claims checked before
 //! anything is allocated.
 mod damaged;
-mod kind;
+pub(super) mod kind;
 #[cfg_attr(not(feature = "textures"), path = "without_ktx2.rs")]
 mod ktx2;
 mod rows;
@@ -87,7 +87,7 @@ pub enum ImageError {
 }
 
 /// What is said of bytes that are nothing known.
-const NOT_AN_IMAGE: &str = "it is neither PNG nor JPEG nor WebP nor another picture that is read";
+pub(super) const NOT_AN_IMAGE: &str = "it is neither PNG nor JPEG nor WebP nor another picture that is read";
 
 impl ImageError {
     /// For formats that can do without the picture: one line that says why it is lost, or the limit.
@@ -104,7 +104,7 @@ fn damaged(error: impl std::fmt::Display) -> ImageError {
     ImageError::Damaged(line)
 }
 
-fn decoder(
+pub(super) fn decoder(
     bytes: &[u8],
     format: ImageFormat,
     max_bytes: u64,
@@ -121,7 +121,7 @@ fn decoder(
 }
 
 /// True if a format is compiled in. (Another package may have compiled its decoder in for itself.)
-fn is_built(format: ImageFormat) -> bool {
+pub(super) fn is_built(format: ImageFormat) -> bool {
     match format {
         ImageFormat::Png | ImageFormat::Jpeg => true,
         ImageFormat::Gif | ImageFormat::Qoi | ImageFormat::Tiff => cfg!(feature = "more-textures"),
