@@ -74,12 +74,13 @@ mod tests {
     /// Help of the program and of each command fits a screen of 40 lines; `--help` has it all.
     #[test]
     fn short_help_fits_a_screen() {
-        let lines = |command: &mut Command| command.render_help().to_string().lines().count();
         let mut all = command();
         all.build();
-        assert!(lines(&mut all) <= 40, "{}", all.render_help());
+        let help = all.render_help().to_string();
+        assert!(help.lines().count() <= 40, "{help}");
         for below in all.get_subcommands_mut() {
-            assert!(lines(below) <= 40, "{}: {}", below.get_name(), below.render_help());
+            let help = below.render_help().to_string();
+            assert!(help.lines().count() <= 40, "{}: {help}", below.get_name());
         }
         let render = all.find_subcommand_mut("render").unwrap();
         let (short, long) = (render.render_help().to_string(), render.render_long_help().to_string());

@@ -144,6 +144,6 @@ mod tests {
         assert_eq!(first_tile(&material, "a.png", "1002"), None);
         material.diffuse_texture = Some("a.<UDIM>.png".to_owned());
         assert_eq!(first_tile(&material, "a.1002.png", "1002"), None);
-        assert_eq!((split("a"), split("a\01002")), (("a", None), ("a", Some("1002"))));
+        assert_eq!((split("a"), split("a\u{0}1002")), (("a", None), ("a", Some("1002"))));
     }
 }

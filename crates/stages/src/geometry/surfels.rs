@@ -498,7 +498,7 @@ mod tests {
     #[test]
     fn normals_that_are_there_stay_and_the_others_are_found() {
         let positions = lattice(20);
-        let own = |k: usize| if k % 3 == 0 { [1.0, 0.0, 0.0] } else { [0.0; 3] };
+        let own = |k: usize| if k.is_multiple_of(3) { [1.0, 0.0, 0.0] } else { [0.0; 3] };
         let normals = (0..positions.len()).map(own).collect();
         let data = MeshData { positions, normals, kind: PrimitiveKind::Points, ..MeshData::default() };
         let mesh = Mesh::new(data).unwrap();
