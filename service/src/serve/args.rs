@@ -25,8 +25,8 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FILE", help_heading = None::<&str>)]
     pub config: Option<PathBuf>,
 
-    /// Address and port that are listened on; port 0 takes a free one, which is printed
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080", help_heading = None::<&str>)]
+    /// Address and port that are listened on, or a port of this machine alone; port 0 takes a free one, which is printed
+    #[arg(long, value_name = "[ADDRESS:]PORT", default_value = "127.0.0.1:8080", value_parser = address, help_heading = None::<&str>)]
     pub listen: SocketAddr,
 
     /// Connections at a time; further ones wait
@@ -171,5 +171,30 @@ fn header(text: &str) -> Result<String, String> {
     match axum::http::HeaderValue::from_str(text) {
         Ok(_) => Ok(text.to_owned()),
         Err(_) => Err("cannot stand in a header".to_owned()),
+    }
+}
+
+/// Reads an address with a port. A port alone, and `localhost`, are the loopback address of IPv4.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let port = text.strip_prefix("localhost:").unwrap_or(text);
+    if let Ok(port) = port.parse::<u16>() {
+        return Ok(SocketAddr::from(([127, 0, 0, 1], port)));
+    }
+    text.parse().map_err(|_| "no address with a port, such as 0.0.0.0:8080, [::1]:8080 or 8080".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::address;
+
+    #[test]
+    fn addresses_may_be_ports_alone() {
+        for text in ["8080", "localhost:8080", "127.0.0.1:8080"] {
+            assert_eq!(address(text).unwrap().to_string(), "127.0.0.1:8080", "{text}");
+        }
+        assert_eq!(address("[::1]:0").unwrap().to_string(), "[::1]:0");
+        for text in ["", "example.org:80", "localhost", "70000", "127.0.0.1"] {
+            assert!(address(text).is_err(), "{text}");
+        }
     }
 }
