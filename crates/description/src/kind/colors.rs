@@ -1,11 +1,11 @@
 //! Colours, by name or digits.
 
 use super::Kind;
+use super::names::hint;
 use super::vectors::{list_schema, read_floats, write_floats};
 use crate::options::BackgroundChoice;
 use crate::value::Value;
 use overcoat_core::color::{hex_color, srgb::srgb8_to_linear};
-use overcoat_core::suggest::{nearest_name, suggestion};
 use overcoat_render::Ground;
 use serde_json::{Value as Json, json};
 
@@ -49,7 +49,7 @@ fn color(lower: &str) -> Option<[u8; 3]> {
 
 /// A message with all names, and the one that may have been meant.
 fn no_color(text: &str, names: &[&'static str]) -> String {
-    let hint = suggestion(nearest_name(text, names.iter().copied()));
+    let hint = hint(text, names.iter().copied());
     format!("neither #rrggbb nor one of {}{hint}", names.join(", "))
 }
 
@@ -194,6 +194,15 @@ impl Kind for LinearColor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use overcoat_core::suggest::suggestion;
+
+    #[test]
+    fn the_beginning_of_a_name_is_enough_to_suggest_it() {
+        for (text, name) in [("trans", "transparent"), ("Transp", "transparent"), ("whit", "white")] {
+            let message = background(text).unwrap_err();
+            assert!(message.ends_with(&suggestion(Some(name))), "{message}");
+        }
+    }
 
     #[test]
     fn backgrounds() {

@@ -10,9 +10,22 @@ use overcoat_render::Quality;
 use overcoat_scene::{AreaLightMethod, Axis, ShadingModel};
 use serde_json::{Value as Json, json};
 
+/// Letters of a name's beginning that are enough to guess the rest.
+const BEGINNING: usize = 3;
+
+/// Suggestion of the only name that begins so, or else of the nearest.
+pub(super) fn hint<'a>(text: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
+    let begins = |name: &&str| name.get(..text.len()).is_some_and(|first| first.eq_ignore_ascii_case(text));
+    let mut begun = names.clone().filter(begins);
+    match (begun.next(), begun.next()) {
+        (Some(name), None) if text.len() >= BEGINNING => suggestion(Some(name)),
+        _ => suggestion(nearest_name(text, names)),
+    }
+}
+
 /// `expected one of` the names, and the one that may have been meant.
 pub fn one_of<'a>(text: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
-    let hint = suggestion(nearest_name(text, names.clone()));
+    let hint = hint(text, names.clone());
     format!("expected one of {}{hint}", names.collect::<Vec<_>>().join(", "))
 }
 
@@ -192,7 +205,7 @@ pub(crate) fn view(text: &str) -> Result<ViewDirection, String> {
         }
         _ => {
             let names = Views.names();
-            let hint = suggestion(nearest_name(text, names.iter().copied()));
+            let hint = hint(text, names.iter().copied());
             Err(format!("expected a direction x,y,z or one of {}{hint}", names.join(", ")))
         }
     }
