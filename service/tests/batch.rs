@@ -98,6 +98,21 @@ fn a_folder_becomes_pictures_and_a_report() {
     }
 }
 
+/// One model is a batch of one, with what lies beside it.
+#[test]
+fn a_model_alone_is_a_batch() {
+    let folder = tempfile::tempdir().unwrap();
+    models(folder.path());
+    let (model, to) = (folder.path().join("knot/torus-knot.obj"), folder.path().join("pictures"));
+    let output = batch(&[model.to_str().unwrap(), "-o", to.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", told(&output));
+    assert_eq!(files(&to).into_keys().collect::<Vec<_>>(), ["torus-knot.obj.png"]);
+    let records = records(&to.join("report.jsonl"));
+    assert_eq!(records["torus-knot.obj.png"]["needed"][0]["name"], "torus-knot.mtl");
+    let output = batch(&[folder.path().join("notes.txt").to_str().unwrap(), "-o", to.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+}
+
 /// Killed and resumed: the same files as in one go, each made once.
 #[test]
 fn what_was_killed_goes_on() {

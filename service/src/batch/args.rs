@@ -20,7 +20,7 @@ columns. Every key of a scene file is one of a row; \"pictures\": [{...}, {...}]
 Exit codes: 0 done, 1 some pictures were not made (the report says why; 0 with --allow-failures), 2 wrong usage, 4 pictures differ
 (--verify)")]
 pub struct BatchArgs {
-    /// A folder of models, a manifest (.jsonl, .csv; - for JSON lines from standard input), or the URL of a prefix (s3://, gs://,
+    /// A folder of models, one model, a manifest (.jsonl, .csv; - for JSON lines from standard input), or the URL of a prefix (s3://, gs://,
     /// az://, http://, https://, file://)
     #[arg(value_name = "IN", help_heading = None::<&str>)]
     pub input: String,

@@ -118,9 +118,13 @@ impl Source {
             let count = count_lines(path, args.input == "-")?;
             return Ok(Self { defaults, rows: Rows::Manifest(Manifest::open(path)?), count });
         }
+        if let Some((folder, name)) = model_of(args) {
+            let rows = Rows::Listed(Place::new(folder)?, vec![name.to_owned()].into_iter());
+            return Ok(Self { defaults, rows, count: Some(1) });
+        }
         if !is_url(&args.input) && !path.is_dir() {
             let what = if path.exists() {
-                "neither a folder nor a manifest (.jsonl, .csv)"
+                "neither a folder nor a model nor a manifest (.jsonl, .csv)"
             } else {
                 "does not exist"
             };
@@ -141,6 +145,15 @@ impl Source {
             Rows::Manifest(manifest) => manifest.next(&self.defaults),
         }
     }
+}
+
+/// Folder and name of a single model.
+fn model_of(args: &BatchArgs) -> Option<(&str, &str)> {
+    let path = Path::new(&args.input);
+    let name = path.file_name()?.to_str()?;
+    let folder = path.parent()?.to_str()?;
+    let is_one = !is_url(&args.input) && path.is_file() && is_model(name);
+    is_one.then_some((if folder.is_empty() { "." } else { folder }, name))
 }
 
 /// Estimated number of rows of a manifest, for the progress bar. The end of a pipe is not known.
