@@ -75,7 +75,7 @@ enum Kind {
     Leaf(Range<usize>),
 }
 
-/// What is to be divided, and where its node goes.
+/// Range of triangles that is still to be split, and the node that it fills.
 struct Task {
     node: u32,
     range: Range<usize>,
@@ -186,7 +186,7 @@ fn divide(tree: &mut Vec<Binary>, items: &mut [Item], first: usize, task: Task, 
     }
 }
 
-/// Where a range is divided: bins below `end` along an axis go to the first half.
+/// Split plane of the binned build: triangles whose bin along `axis` is below `end` go to the first half.
 struct Plane {
     axis: usize,
     low: f32,

@@ -29,11 +29,11 @@ pub struct Draw<'a> {
     pub handedness: f32,
     /// By how much the transform scales lengths.
     pub scale: f32,
-    /// Whether the material reads textures by each set of texture coordinates.
+    /// For each set of texture coordinates: true if the material reads textures by it.
     pub uv_sets: [bool; 2],
 }
 
-/// What a tile's identities stand for.
+/// Lookup of triangles by a tile's identities.
 pub trait TriangleSource {
     /// The triangle of an identity.
     fn triangle(&self, identity: u32) -> SourceTriangle<'_>;

@@ -21,7 +21,7 @@ use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_scene::Texture;
 use texels::Corners;
 
-/// How many textures [`sample_together`] reads at most.
+/// Largest number of textures that [`sample_together`] reads at once.
 pub const MAX_TOGETHER: usize = 4;
 
 /// The change of texture coordinates from one pixel to the next.
@@ -101,14 +101,14 @@ pub fn ask_together<L: Lanes>(
     );
 }
 
-/// Where sixteen fragments read textures that are read alike, found before they are read: until then, texels can come from
-/// memory.
+/// Lookup plan of sixteen fragments for textures that are read alike. It is made before they are read, so that texels
+/// can arrive from memory in the meantime.
 #[derive(Clone, Copy)]
 pub struct SamplePlan<L: Lanes> {
     uv: [L::F; 2],
     probes: Probes<L>,
     mips: Mips<L>,
-    /// What the middle of the footprint needs first: usually, all that it needs.
+    /// Texels that the middle of the footprint needs first: usually all that it needs.
     corners: [Corners<L>; TOGETHER],
 }
 
@@ -124,8 +124,8 @@ impl<L: Lanes> SamplePlan<L> {
         }
     }
 
-    /// How [`sample`] reads `texture`, and all that are read like it, in place of what was planned. The arguments are those
-    /// of that function.
+    /// Plans how [`sample`] reads `texture`, and all textures that are read like it, in place of the earlier plan. The
+    /// arguments are those of that function.
     ///
     /// Like [`SamplePlan::sample`] a function of its own for each instruction set, since it is large and called from many
     /// places.
@@ -162,7 +162,7 @@ impl<L: Lanes> SamplePlan<L> {
         }
     }
 
-    /// Where a probe lies: of one, in the middle.
+    /// Texture coordinates of probe `k`. A single probe lies in the middle of the footprint.
     #[inline(always)]
     fn probe(&self, l: L, k: u32) -> [L::F; 2] {
         let Self { uv, probes, .. } = self;

@@ -23,7 +23,7 @@ const NEAREST: f32 = 0.25;
 /// it does. See [`Disc::sag`].
 const SAG: f32 = 0.5;
 
-/// How the points of one draw are seen.
+/// View of the points of one draw.
 #[derive(Clone, Copy, Debug)]
 pub struct PointView {
     view: DrawView,
@@ -63,7 +63,7 @@ impl PointView {
         }
     }
 
-    /// What is seen of a point of the mesh: nothing before the near plane or far beside the picture.
+    /// Disc on the screen for a point of the mesh; `None` before the near plane and far beside the picture.
     #[must_use]
     pub fn disc(&self, mesh: &Mesh, point: usize) -> Option<Disc> {
         let vertex = mesh.point(point);

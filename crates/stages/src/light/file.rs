@@ -164,7 +164,7 @@ const fn differences(r: i32, g: i32, b: i32) -> u32 {
     (r & 511 | (g & 511) << 9 | (b & 511) << 18) as u32
 }
 
-/// What codes of differences say, spread: those of the first byte, and for codes of two bytes what the second adds.
+/// Decoded differences by code, spread: those of the first byte, and for codes of two bytes what the second adds.
 const FIRST: [u64; 256] = {
     let mut table = [0; 256];
     let mut code = 0x80;

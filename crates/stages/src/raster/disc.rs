@@ -34,7 +34,7 @@ pub struct Disc {
 pub struct Spread {
     /// xx, xy and yy, in square pixels: the ellipse is where `d^T M^-1 d <= 1`.
     pub screen: [f32; 3],
-    /// Of x and y with depth, in pixels times depth.
+    /// xz and yz with the depth as z, in pixels times depth.
     pub depth: [f32; 2],
     /// See [`Disc::sag`].
     pub sag: f32,

@@ -60,8 +60,8 @@ pub(super) struct LevelLanes<'a, L: Lanes> {
     width: L::I,
     height: L::I,
     offset: L::I,
-    /// Where only some rows are there: what takes texels of each band of rows to their places in place of the offset, and the
-    /// first band of the level.
+    /// For levels of which only some rows are there: offsets by band of rows, each of which takes the place of
+    /// `offset`, and the number of the level's first band.
     bands: Option<(&'a [[u8; 4]], L::I)>,
 }
 
@@ -116,7 +116,7 @@ impl<'a, L: Lanes> LevelLanes<'a, L> {
         }
     }
 
-    /// Where a row begins.
+    /// Index of a row's first texel in the packed texels.
     #[inline(always)]
     fn start(&self, l: L, row: L::I) -> L::I {
         let place = match self.bands {
@@ -127,7 +127,7 @@ impl<'a, L: Lanes> LevelLanes<'a, L> {
     }
 }
 
-/// Where the texels lie that a filter combines, and how far each lane is from one to the next: the same in all textures
+/// Places of the texels that a filter combines, and the position of each lane between them: the same in all textures
 /// that are read alike.
 #[derive(Clone, Copy)]
 pub(super) struct Corners<L: Lanes> {
@@ -137,16 +137,16 @@ pub(super) struct Corners<L: Lanes> {
     are_pairs: bool,
     /// Upper left, lower left; upper right and lower right, unless they are pairs.
     index: [L::I; 4],
-    /// What the texels weigh.
+    /// Filter weights of the texels.
     pub weights: Weights<L>,
 }
 
-/// How texels are combined.
+/// Filter weights: one texel alone, or four of them bilinearly.
 #[derive(Clone, Copy)]
 pub(super) struct Weights<L: Lanes> {
     /// One texel a lane and not four.
     is_one: bool,
-    /// How far to the right, and down.
+    /// Bilinear weights of the right texels and of the lower ones, 0 to 1.
     fractions: [L::F; 2],
 }
 
@@ -157,7 +157,7 @@ impl<L: Lanes> Corners<L> {
         Self { is_0: true, are_pairs: false, index: [l.splat_i(0); 4], weights: Weights::one(l) }
     }
 
-    /// Those of coordinates that [`wrap`] gave.
+    /// Texels of coordinates that [`wrap`] gave.
     #[inline(always)]
     pub fn new(
         l: L,
@@ -271,7 +271,7 @@ impl<L: Lanes> Weights<L> {
         Self { is_one: true, fractions: [l.zero(); 2] }
     }
 
-    /// What the filter makes of texels that [`Corners::fetch`] found in a texture, in the unit of [`finish`].
+    /// Applies the filter to texels that [`Corners::fetch`] found in a texture, in the unit of [`finish`].
     #[inline(always)]
     pub fn filter(self, l: L, texture: &Texture, texels: [L::I; 4]) -> [L::F; 4] {
         let [r, g, b] = match texture.color_space() {

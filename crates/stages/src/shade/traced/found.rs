@@ -1,4 +1,4 @@
-//! What rays have found, as sums.
+//! Light that rays have found, as sums.
 
 use super::TracedLobe;
 use crate::gbuffer::layout::SurfacePlanes;
@@ -57,7 +57,7 @@ impl Found {
         sums[3] += weight;
     }
 
-    /// Whether a lobe has sent rays.
+    /// True if a lobe has sent rays.
     #[inline(always)]
     #[must_use]
     pub fn has_sent(&self, lobe: TracedLobe) -> bool {
@@ -142,7 +142,7 @@ fn transposed<L: Lanes>(l: L, lobe: TracedLobe, found: &[Found; LANES]) -> Sums<
     Sums { sent: vector(0), hit: l.load(&rows[3]), weight: l.load(&rows[4]), all: vector(5), open: vector(8) }
 }
 
-/// How many rays the estimate of the maps counts for beside those that hit something.
+/// Number of rays that the estimate of the maps counts for beside those that hit something.
 const PRIOR: f32 = 0.25;
 
 /// From which alpha on the maps have a say about a lobe, for each ray that it has, and over how much of alpha it becomes all.

@@ -1,4 +1,4 @@
-//! What rays have hit, and what it sends back.
+//! Hits of rays, and the light that they send back.
 
 use super::{Emitters, Found, TraceScratch, TracedLight, TracedLobe, each_of};
 use crate::gbuffer::Batch;

@@ -20,10 +20,10 @@ pub enum TracedLobe {
 impl TracedLobe {
     /// All of them.
     pub const ALL: [Self; Self::COUNT] = [Self::Diffuse, Self::Base, Self::Coat];
-    /// How many there are.
+    /// Number of lobes.
     pub const COUNT: usize = 3;
 
-    /// Those that surfaces of a material have.
+    /// Lobes that surfaces of a material have.
     #[must_use]
     pub fn of(material: &Material) -> &'static [Self] {
         match material.coat > 0.0 {
@@ -62,8 +62,8 @@ impl TracedLobe {
         }
     }
 
-    /// How many of `most` rays it sends: none where the maps find nothing in the way or it shows nothing, few into narrow ones
-    /// and those that show little.
+    /// Number of rays that it sends, of `most`: none where the maps find nothing in the way or it shows nothing, few
+    /// into narrow ones and those that show little.
     #[inline(always)]
     pub(super) fn wanted<L: Lanes>(
         self,
@@ -90,7 +90,7 @@ impl TracedLobe {
 /// Lobes of less than this alpha send fewer rays than others: in a mirror all are the same.
 const FEW: f32 = 0.05;
 
-/// What lobes of more than this alpha meet is lit by a part of the maps, one ray by one part and another by another.
+/// Alpha above which the hits of a lobe are lit by a part of the maps, one ray's by one part and another's by another.
 pub(super) const NARROW: f32 = 0.2;
 
 /// Inverse of the share that lobes show from which on they send all their rays: of diffuse ones, and of reflections, whose light
