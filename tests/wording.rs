@@ -26,7 +26,7 @@ const AT_MOST: [(&str, usize); 26] = [
     ("crates/scene", 0),
     ("crates/shading", 0),
     ("crates/stages", 0),
-    ("crates/tiles", 162),
+    ("crates/tiles", 0),
     ("crates/tiles-avx2", 0),
     ("crates/tiles-avx512", 0),
     ("crates/tiles-sse2", 0),

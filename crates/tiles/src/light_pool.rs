@@ -41,7 +41,7 @@ pub(super) const TURNED: f32 = 0.3;
 /// The same for reflections, in units of the square of their alpha; and the share of alpha by which they may be rougher.
 const LOBE: [f32; 2] = [0.5, 0.3];
 
-/// How a surface receives light, as far as neighbours have to be alike.
+/// Surface that receives light, in the respects in which neighbours have to be alike to share it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Receiver {
     pub(super) material: u32,

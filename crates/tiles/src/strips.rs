@@ -6,7 +6,7 @@ use overcoat_core::reuse::{emptied, reserve_like};
 use overcoat_stages::tile::TileGrid;
 use std::sync::Mutex;
 
-/// Where tiles write their pixels: planes of the whole picture, each empty where it is not wanted.
+/// Planes of the whole picture that tiles write their pixels to, each empty where it is not wanted.
 #[derive(Debug, Default)]
 pub struct Planes {
     /// Linear light, premultiplied.
@@ -64,7 +64,7 @@ pub struct TileRows<'a> {
     pub transmittance: Vec<&'a mut [[f32; 3]]>,
     /// As many of the screen's pixels, or none.
     pub display: Vec<&'a mut [[u8; 4]]>,
-    /// Those of its rows that a target holds, and of these no more than it holds; or none.
+    /// Rows of a target, as far as it holds those of the tile, and of these no more than it holds; or none.
     pub target: Vec<&'a mut [u8]>,
     /// Columns and rows of the tile before what the target holds.
     pub before_target: [usize; 2],
@@ -118,7 +118,7 @@ struct Strip<'a> {
     target_pieces: Vec<&'a mut [u8]>,
 }
 
-/// What one row of tiles has of one plane.
+/// Share of one plane that belongs to one row of tiles.
 #[derive(Debug)]
 struct Part<'a, T> {
     /// Not cut yet.
