@@ -93,7 +93,7 @@ fn reason(stats: &RenderStats, scene: &Scene, camera: &Camera, options: &RenderO
     }
 }
 
-/// Where something is on the screen.
+/// Position of a box relative to the screen.
 enum Place {
     Behind,
     Beside,
@@ -115,7 +115,7 @@ impl Place {
     }
 }
 
-/// Where the box of an instance is on the screen.
+/// Position of an instance's box relative to the screen.
 fn place(view: &View, bounds: &Bounds, instance: &Instance) -> Place {
     let half = [f64::from(view.width) * 0.5, f64::from(view.height) * 0.5];
     let corners: [[f64; 3]; 8] = std::array::from_fn(|corner| {
