@@ -64,7 +64,7 @@ impl Golden {
         self
     }
 
-    /// What pictures have to meet where `thresholds.toml` says nothing.
+    /// Sets the thresholds of pictures for which `thresholds.toml` says nothing.
     #[must_use]
     pub fn thresholds(mut self, thresholds: Thresholds) -> Self {
         self.otherwise = thresholds;
@@ -211,7 +211,7 @@ impl Golden {
     }
 }
 
-/// What a test has drawn.
+/// Picture that a test has drawn.
 #[derive(Clone, Copy)]
 pub(super) enum Actual<'a> {
     Image(&'a DisplayImage),

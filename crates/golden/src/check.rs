@@ -11,7 +11,7 @@ use overcoat_image::decode::{DecodeError, DecodedPicture, FrameTime, SampleKind}
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// How a comparison came out, from good to bad.
+/// Outcome of a comparison, from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -75,13 +75,13 @@ impl Verdict {
     }
 }
 
-/// What came of one name.
+/// Result of comparing the pictures of one name.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FileResult {
     /// Path below the folders, with `/` between its parts.
     pub name: String,
-    /// How it came out.
+    /// Outcome of the comparison.
     pub verdict: Verdict,
     /// Why, a sentence each; for pictures that pass, what is worth knowing.
     pub reasons: Vec<String>,

@@ -15,7 +15,7 @@ use overcoat_image::output::encode_png;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU64;
 
-/// How long compression may take.
+/// Effort of compression: the time that it may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Effort {
@@ -139,7 +139,7 @@ fn chunks(bytes: &[u8]) -> Vec<([u8; 4], Vec<u8>)> {
     out
 }
 
-/// How pixels are stored.
+/// Pixel layout of the file.
 #[derive(Clone, Debug, PartialEq)]
 enum Layout {
     /// Channels of the pixel that are stored, 8 or 16 bits each: 1 grey, 2 grey and alpha, 3 colours, 4 all.
@@ -310,7 +310,7 @@ fn push_chunk(out: &mut Vec<u8>, name: &[u8; 4], data: &[u8]) {
     out.extend(checksum.to_be_bytes());
 }
 
-/// How the filter of each row is chosen.
+/// Strategy that chooses the filter of each row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Strategy {
     /// One filter for all rows: 0 none, 1 left, 2 above, 3 average, 4 Paeth.

@@ -8,10 +8,10 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// What stands before the extension of a picture that a failed test leaves: `x.new.png` beside `x.png`.
+/// Infix before the extension of a picture that a failed test leaves: `x.new.png` beside `x.png`.
 pub const NEW: &str = ".new";
 
-/// The file that says how much pictures of its folder may differ.
+/// Name of the file that says by how much pictures of its folder may differ.
 pub const THRESHOLDS: &str = "thresholds.toml";
 
 /// A name with the files that have it.
