@@ -18,7 +18,7 @@ pub enum DecodeError {
     Malformed {
         /// Name of the format.
         format: &'static str,
-        /// What is wrong with it.
+        /// Description of the damage.
         message: String,
     },
     /// It has something that is not read.

@@ -45,7 +45,7 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
         .map(|(_, e)| e)
 }
 
-/// How the samples of a picture are stored.
+/// Format of the samples of a picture, as stored in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SampleKind {
@@ -99,7 +99,7 @@ pub struct DecodedPicture {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// How samples are stored.
+    /// Format of the stored samples.
     pub kind: SampleKind,
     /// RGBA row by row from the top, of moving pictures those of the first frame, 0 to [`SampleKind::white`] (colours of linear pictures have no upper end).
     /// Straight alpha in PNG, WebP and GIF, premultiplied in OpenEXR, always 1 in Radiance files.
@@ -239,7 +239,7 @@ fn decode_gif(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeErr
     }
 }
 
-/// How often a GIF plays, by the extension that says so: 0 for ever, once where it is not there.
+/// Number of times that a GIF plays, by the extension that says so: 0 for ever, once where it is not there.
 #[cfg(feature = "more-textures")]
 fn gif_plays(bytes: &[u8]) -> u32 {
     const EXTENSION: &[u8; 13] = b"NETSCAPE2.0\x03\x01";
