@@ -77,7 +77,8 @@ pub fn sample_together<L: Lanes>(
     );
 }
 
-/// Asks textures that are read alike, and of which only some rows are there, for those that [`sample_together`] reads.
+/// Requests the rows that [`sample_together`] reads, for textures that are read alike and of which only some rows are
+/// resident.
 #[inline(never)]
 pub fn ask_together<L: Lanes>(
     l: L,
@@ -153,7 +154,7 @@ impl<L: Lanes> SamplePlan<L> {
         );
     }
 
-    /// Asks textures of which only some rows are there for those that are read.
+    /// Requests the rows that are read, for textures of which only some are resident.
     #[inline(always)]
     pub fn ask(&self, textures: &[&Texture], active: L::M) {
         if textures.first().is_some_and(|texture| texture.bands().is_some()) {
@@ -176,7 +177,7 @@ impl<L: Lanes> SamplePlan<L> {
         [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]]
     }
 
-    /// Asks the processor for texels. Changes no result.
+    /// Prefetches texels. Changes no result.
     #[inline(always)]
     pub fn prefetch(&self, textures: &[&Texture]) {
         for (corners, &part) in self.corners.iter().zip(self.mips.parts()) {

@@ -32,11 +32,11 @@ pub struct ChunkJob<'a> {
 /// The screen triangles of one chunk and the tiles that may see them.
 #[derive(Clone, Debug, Default)]
 pub struct Chunk {
-    /// Which draw the chunk belongs to.
+    /// Number of the draw that the chunk belongs to.
     pub draw: u32,
-    /// Which of the draw's triangles, lines or points it holds.
+    /// Range of the draw's triangles, lines or points that it holds.
     pub range: Range<usize>,
-    /// They are points: of these nothing is kept but what the tiles may see.
+    /// True for points, of which nothing is kept but what the tiles may see.
     pub points: bool,
     /// Number of points that some tile may see.
     pub kept: u32,

@@ -289,7 +289,7 @@ impl Cloud {
 #[derive(Debug)]
 struct Neighbourhood {
     origin: [f32; 3],
-    /// Every how manieth is looked at, and how many are passed over before the next.
+    /// Step from one point that is looked at to the next, and the number of points to pass over before that.
     stride: usize,
     skip: usize,
     count: usize,

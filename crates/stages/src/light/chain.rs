@@ -35,7 +35,7 @@ impl Levels {
     /// No level.
     pub const NONE: Self = Self(0);
 
-    /// One alone, of those that there are.
+    /// Set of one level alone.
     pub(crate) fn of(level: usize) -> Self {
         Self(1 << level.min(LEVELS - 1))
     }

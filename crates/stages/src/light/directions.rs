@@ -29,7 +29,7 @@ const ROUGHNESS: f32 = 0.1;
 /// The levels that [`PrefilteredEnvironment::light_directions`] reads.
 pub const LIGHT_DIRECTIONS: Levels = Levels::for_roughness(ROUGHNESS, ROUGHNESS);
 
-/// A part of the map, columns and rows from first to end, and how many directions it gets.
+/// Part of the map, columns and rows from first to end, and the number of directions that it gets.
 #[derive(Clone, Copy)]
 struct Part {
     first: [usize; 2],

@@ -31,7 +31,7 @@ const VERSION: u32 = 1;
 pub(super) const HEADER: usize = 16;
 pub(super) const RAW: u8 = 0b1110_0000;
 
-/// Why bytes are not a prefiltered environment.
+/// Error: bytes that are not a prefiltered environment.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentFileError {

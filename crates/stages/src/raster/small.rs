@@ -186,7 +186,7 @@ impl<L: Lanes> SmallLanes<L> {
     }
 }
 
-/// Below how many sub-pixels the sides of a box are those of a small triangle.
+/// Limit in sub-pixels below which the sides of a box are those of a small triangle.
 #[inline(always)]
 fn small_side(pattern: &SamplePattern) -> i32 {
     if pattern.single().is_some() { 4 * SUBPIXELS } else { 2 * SUBPIXELS }

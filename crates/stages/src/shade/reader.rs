@@ -64,7 +64,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
         }
     }
 
-    /// Asks for the levels that [`Reader::read`] reads of a texture, and reads none.
+    /// Requests the levels that [`Reader::read`] reads of a texture, and reads none.
     pub(super) fn ask(&self, texture: &TextureRef) {
         let of = &self.context.textures[texture.texture.index()];
         if of.bands().is_some() {
@@ -73,7 +73,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
         }
     }
 
-    /// Asks for what [`ReadingPlan::read`] reads.
+    /// Requests the texels that [`ReadingPlan::read`] reads.
     pub(super) fn ask_for_plan<const N: usize>(&self, plan: &ReadingPlan<'_, N>) {
         for group in plan.groups.iter().flatten() {
             let (uv, footprint) = self.place(group.first);

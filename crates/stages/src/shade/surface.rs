@@ -261,8 +261,8 @@ impl<L: Lanes> SurfacePlace<L> {
     }
 }
 
-/// Asks for the texels that sixteen fragments read, where textures are decoded by need. Some of the material may be asked for in
-/// vain.
+/// Requests the texels that sixteen fragments read, where textures are decoded on demand. Some of the material may be
+/// asked for in vain.
 #[inline(never)]
 pub fn ask_for_textures<L: Lanes>(
     l: L,
@@ -460,7 +460,7 @@ struct SurfaceTextures<'a> {
     emissive: Option<&'a TextureRef>,
     coat: Option<&'a TextureRef>,
     coat_roughness: Option<&'a TextureRef>,
-    /// For the maps of base and coat: true if they know how far their normals stray.
+    /// For the maps of base and coat: true if their texels record how far the normals stray.
     knows_variance: [bool; 2],
     plan: ReadingPlan<'a, PLACES>,
 }

@@ -90,7 +90,7 @@ pub(super) fn mapped_variance<L: Lanes>(_: L, texel: &[L::F; 4], scale: f32) -> 
 /// Normals that nearly cancel each other are as rough as there is.
 const LEAST_MEAN_SQUARED: f32 = 1e-3;
 
-/// When a model's roughness grows where normals vary.
+/// Condition under which a model's roughness grows where normals vary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum NormalFiltering {
     /// Always: the engine has no other way.

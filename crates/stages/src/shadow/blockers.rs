@@ -29,7 +29,7 @@ pub struct Masked {
     pub uvs: [[f32; 2]; 3],
     /// Factor of alpha at each corner.
     pub alphas: [f32; 3],
-    /// Which of [`Blockers::cutouts`].
+    /// Index of its mask in [`Blockers::cutouts`].
     pub cutout: u32,
 }
 

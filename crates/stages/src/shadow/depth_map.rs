@@ -189,7 +189,8 @@ impl DepthMaps {
         Ok(maps)
     }
 
-    /// The maps, and how many sixteens of texels they took. They are unfinished if these are more than `most`.
+    /// Draws the maps, and counts the sixteens of texels that they took. They are unfinished if these are more than
+    /// `most`.
     fn draw(
         blockers: &Blockers,
         directions: &[[f32; 3]],

@@ -88,7 +88,7 @@ fn draw_masked_ones<L: Lanes>(
     work
 }
 
-/// Which sides of triangles block light.
+/// Sides of triangles that block light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sides {
     Both,

@@ -36,7 +36,7 @@ impl<L: Lanes> Fetched<L> {
     }
 }
 
-/// Which levels a fragment reads, and how.
+/// Mip levels that a fragment reads, and their weights.
 #[derive(Clone, Copy)]
 pub(super) struct Mips<L: Lanes> {
     /// The finest level of each lane.

@@ -103,7 +103,8 @@ impl<'a, L: Lanes> LevelLanes<'a, L> {
         }
     }
 
-    /// The upper and the lower row that a filter reads at the wrapped coordinate `v`, and how far it is from one to the other.
+    /// Upper and lower row that a filter reads at the wrapped coordinate `v`, and the weight of the lower one, which
+    /// has no meaning if the nearest is read.
     #[inline(always)]
     fn rows(&self, v: L::F, sampler: &Sampler, filter: Filter) -> ([L::I; 2], L::F) {
         let v = v * self.height.to_float();
@@ -242,8 +243,8 @@ impl<L: Lanes> Corners<L> {
         )
     }
 
-    /// Asks the processor for the left texels of the upper rows, or of both `rows`, in textures: the right ones are beside
-    /// them. Changes no result.
+    /// Prefetches the left texels of the upper rows, or of both `rows`, in textures: the right ones are beside them.
+    /// Changes no result.
     ///
     /// Every lane's, although neighbours often share a cache line: with every other one, fetching took half as long again.
     #[inline(always)]
@@ -338,8 +339,8 @@ fn wrap_coordinate<F: Float>(u: F, wrap: Wrap) -> F {
     }
 }
 
-/// The two texels between whose centres a position (in texels, 0 to `size`) lies, and how far it is from the first
-/// to the second.
+/// Indices of the two texels between whose centres a position (in texels, 0 to `size`) lies, and the weight of the
+/// second.
 #[inline(always)]
 fn neighbours<F: Float>(position: F, size: F::I, wrap: Wrap) -> ([F::I; 2], F) {
     let x = position - 0.5;

@@ -22,8 +22,9 @@ const TURN: [[f32; 3]; 3] = [
 /// Largest index of a cell that is told from its neighbours; single precision has no more.
 const FARTHEST: f32 = 8e6;
 
-/// By how much the transition from one cell to the next is shorter than the footprint. Where two flakes meet their mean is no flake, but
-/// a rough surface between them, which is seen from more sides than either: long transitions would outline every flake.
+/// Factor by which the transition from one cell to the next is shorter than the footprint. Where two flakes meet their
+/// mean is no flake, but a rough surface between them, which is seen from more sides than either: long transitions
+/// would outline every flake.
 const SHARPNESS: f32 = 2.0;
 
 /// Largest width of a footprint, in cells.
@@ -149,7 +150,7 @@ impl<L: Lanes> Corners<L> {
     }
 }
 
-/// The grid whose cells are as wide as a footprint, and how far that is on the way to the next.
+/// Grid whose cells are as wide as a footprint, and the share of it against the next.
 #[derive(Clone, Copy)]
 pub(super) struct Level<L: Lanes> {
     /// Number of the grid: its cells are 2^that as wide.
@@ -158,7 +159,7 @@ pub(super) struct Level<L: Lanes> {
     pub(super) inverse: L::F,
     /// Share of this grid.
     pub(super) share: L::F,
-    /// By how much cells are larger than the transitions between them.
+    /// Factor by which cells are larger than the transitions between them.
     pub(super) sharpness: L::F,
 }
 

@@ -4,7 +4,7 @@ use super::cells::{Corners, Footprint, Hash};
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// Waves of two lengths: how much longer the second are, and their share of the variance of slopes.
+/// Waves of two lengths: factor of the length, and share of the variance of slopes.
 const OCTAVES: [(f32, f32); 2] = [(1.0, 0.7), (2.7, 0.3)];
 
 /// Slopes of the waves at sixteen footprints.

@@ -69,7 +69,7 @@ struct Ground<'a, L: Lanes> {
     place: V3<L>,
     /// Its change per pixel to the right and per pixel down.
     change: [V3<L>; 2],
-    /// By how much objects are scaled.
+    /// Factor by which objects are scaled.
     scale: L::F,
 }
 

@@ -1,4 +1,4 @@
-//! The lobes of a surface that send rays, and how many.
+//! Lobes of a surface that send rays, and the number of rays.
 
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
 use crate::shade::record::{get, get_vector};
@@ -100,7 +100,8 @@ const ALL_RAYS: [f32; 2] = [2.0, 8.0];
 /// Lobes that show less of the light send no rays.
 const LEAST_SHOWN: f32 = 0.01;
 
-/// Which share of the light in a lobe is seen, about: the largest of red, green and blue of what the surface reflects of it.
+/// Share of the light in a lobe that is seen, about: the largest of red, green and blue of the surface's reflectance
+/// for it.
 #[inline(always)]
 fn weight_in_picture<L: Lanes>(l: L, lobe: TracedLobe, material: &Material, planes: &SurfacePlanes) -> L::F {
     let largest = |color: V3<L>| color.x.max(color.y).max(color.z);
