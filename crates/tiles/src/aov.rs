@@ -158,7 +158,7 @@ impl TileAovs {
         }
     }
 
-    /// Says what splats are before a pixel: the part of it that they cover, and distance and object of the splat behind
+    /// Adds the splats before a pixel: the part of it that they cover, and distance and object of the splat behind
     /// which less than half of the light passes.
     pub fn add_splats(&mut self, pixel: usize, coverage: f32, front: Option<(f32, u32)>) {
         if self.is_wanted() {

@@ -32,7 +32,7 @@ pub(super) type Shares = [f32; TracedLobe::COUNT];
 /// Square of the sine of the angle by which a neighbour may lie above or below the plane of a surface.
 pub(super) const PLANE: f32 = 0.1;
 
-/// From this alpha on reflections are taken together, and over how much of it it becomes all.
+/// Alpha from which on reflections are taken together, and the span of alpha over which that becomes complete.
 const NARROW: [f32; 2] = [0.02, 0.06];
 
 /// Square of the length of the difference of unit normals from which on diffuse light is another one.

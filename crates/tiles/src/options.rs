@@ -71,8 +71,8 @@ pub struct RenderOptions {
     pub visibility: Visibility,
     /// Floor under the model.
     pub ground: Ground,
-    /// The box in world space that the floor lies under, and whose size says how far it reaches: of pictures that follow each
-    /// other, one that holds all of them. `None`: the box around the scene.
+    /// Box in world space that the floor lies under, and whose size sets the extent of the floor: of pictures that
+    /// follow each other, one that holds all of them. `None`: the box around the scene.
     pub ground_under: Option<Bounds>,
     /// Part of the way from the picture's border to its middle over which the floor appears, 0 to 1, so that no shadow is cut:
     /// it is gone at the border of a rounded rectangle that touches that of the picture. 0: it is cut.
@@ -82,7 +82,7 @@ pub struct RenderOptions {
     pub ground_reflection: f32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
-    /// Asks for `RenderStats::stage_hashes`, which take longer than the picture.
+    /// Computes `RenderStats::stage_hashes`, which take longer than the picture.
     pub stage_hashes: bool,
     /// Bounds on the work.
     pub limits: Limits,
@@ -390,7 +390,7 @@ impl RenderError {
     }
 }
 
-/// Why there is no picture.
+/// Error that keeps a picture from being rendered.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {

@@ -51,7 +51,7 @@ pub struct FrameContext<'a> {
     pub drawn: [u32; 4],
 }
 
-/// Which surfaces a pass draws, and over what.
+/// Kind of a pass: the surfaces that it draws, and what it draws them over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassKind {
     /// Opaque surfaces alone: the picture that refracting ones show of what is behind them.

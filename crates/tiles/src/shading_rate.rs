@@ -1,4 +1,4 @@
-//! Which surfaces are shaded more than once a pixel.
+//! Choice of the surfaces that are shaded more than once a pixel.
 //!
 //! Asked for a rate above one, a picture has it where one shading a pixel shows: highlights that are sharper than what normals
 //! turn within a pixel, colours that shrink, alpha masks and normal maps under a shine. The rest,
@@ -13,7 +13,7 @@ use overcoat_scene::{AlphaMode, Filter, Material, Mesh, MipFilter, Texture, Text
 use overcoat_stages::gbuffer::{Draw, SourceTriangle, TriangleSource};
 use overcoat_stages::raster::SUBPIXELS;
 
-/// When triangles of one material are shaded more than once a pixel.
+/// Condition under which triangles of one material are shaded more than once a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finer {
     /// Never.

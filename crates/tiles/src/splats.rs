@@ -210,7 +210,7 @@ impl<'a> SplatScene<'a> {
         splat_of(&self.memory.chunks, number)
     }
 
-    /// Asks the processor for a splat. Changes no result.
+    /// Prefetches a splat. Changes no result.
     #[inline(always)]
     pub fn prefetch(&self, number: u32) {
         let splats = &self.memory.chunks[number as usize >> CHUNK_BITS].splats;

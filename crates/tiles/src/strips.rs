@@ -60,9 +60,9 @@ fn plane<T: Copy>(kept: &mut Vec<T>, count: usize, zero: T) -> (Vec<T>, bool) {
 pub struct TileRows<'a> {
     /// One slice of the frame's pixels for each row, or none.
     pub linear: Vec<&'a mut [[f32; 4]]>,
-    /// As many of the frame's transmittance, or none.
+    /// One slice of the frame's transmittance for each row, or none.
     pub transmittance: Vec<&'a mut [[f32; 3]]>,
-    /// As many of the screen's pixels, or none.
+    /// One slice of the screen's pixels for each row, or none.
     pub display: Vec<&'a mut [[u8; 4]]>,
     /// Rows of a target, as far as it holds those of the tile, and of these no more than it holds; or none.
     pub target: Vec<&'a mut [u8]>,
@@ -193,7 +193,8 @@ impl<'a> Strips<'a> {
 }
 
 impl<'a> Strip<'a> {
-    /// Moves what a target holds of the rows of a tile to `rows`. Returns how many columns and rows of the tile lie before that.
+    /// Moves the part of a tile's rows that a target holds to `rows`. Returns the number of columns and rows of the
+    /// tile before that.
     fn take_target(
         &mut self,
         grid: &TileGrid,

@@ -19,7 +19,8 @@ use overcoat_stages::shade::{
     store_surface,
 };
 
-/// So many hits are shaded at once: enough that most of sixteen have one material, and no more memory than a tile takes.
+/// Number of hits that are shaded at once: enough that most of sixteen have one material, and no more memory than a
+/// tile takes.
 const HITS_AT_ONCE: usize = 1 << 13;
 
 /// Traced light of a tile, in memory that is kept.

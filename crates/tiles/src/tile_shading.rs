@@ -244,7 +244,7 @@ pub fn shade_fragments<L: Lanes>(
     true
 }
 
-/// Asks for the textures that the fragments of the input read.
+/// Requests the textures that the fragments of the input read.
 #[inline(never)]
 fn give_feedback<L: Lanes>(
     l: L,

@@ -128,7 +128,7 @@ pub fn list_fragments<L: Lanes>(
     }
 }
 
-/// Asks the processor for the first triangles of a run. Changes no result.
+/// Prefetches the first triangles of a run. Changes no result.
 #[inline(always)]
 fn prefetch_run(chunk: &Chunk, run: &Run) {
     for &first in chunk.bins.triangles(run).iter().take(TRIANGLES_AHEAD) {

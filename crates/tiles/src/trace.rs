@@ -37,7 +37,7 @@ pub struct StageHashes {
     pub ground: u128,
     /// Vertices on the screen, triangles that are clipped, culled and set up, and splats in their order.
     pub geometry: u128,
-    /// Which sample sees which triangle.
+    /// Visibility: the triangle that each sample sees.
     pub raster: u128,
     /// Surfaces of the fragments, every plane of the G-buffer that their models read.
     pub gbuffer: u128,
@@ -262,7 +262,7 @@ pub fn geometry<'a>(
     hasher.digest128()
 }
 
-/// Hashes of what there is before the tiles are drawn.
+/// Hashes of the stages before the tiles are drawn.
 pub fn before_tiles(of: &Scene, filtered: &PrefilteredEnvironment, geometry: u128) -> StageHashes {
     StageHashes { scene: scene(of), environment: environment(filtered), geometry, ..StageHashes::default() }
 }

@@ -29,7 +29,7 @@ pub enum Spent {
 
 const KINDS: [Spent; 4] = [Spent::Blocks, Spent::Blended, Spent::Fragments, Spent::Shading];
 
-/// The sums of one frame so far, by all threads, and how much is allowed.
+/// Sums of one frame so far, by all threads, and their limits.
 #[derive(Debug)]
 pub struct Work<'a> {
     sums: [AtomicU64; 4],
