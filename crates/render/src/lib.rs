@@ -77,8 +77,8 @@ impl Renderer {
         &self.jobs
     }
 
-    /// The work that was counted for the last picture whose tiles were begun, whether it was finished or not: how far beyond a
-    /// limit the threads got depends on timing.
+    /// Work that was counted for the last picture whose tiles were begun, whether it was finished or not: the amount by
+    /// which the threads exceeded a limit depends on timing.
     #[must_use]
     pub fn work_done(&self) -> WorkDone {
         self.memory.work_done

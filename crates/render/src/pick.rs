@@ -28,8 +28,9 @@ const LEAST_OPACITY: f32 = 0.5 / 255.0;
 pub struct Hit {
     /// Number of the draw in [`Scene::instances`].
     pub instance: usize,
-    /// Which triangle, line or point of its mesh: an index of [`Mesh::triangles`](overcoat_scene::Mesh::triangles), or of
-    /// [`Mesh::positions`](overcoat_scene::Mesh::positions) if it is made of points without these.
+    /// Number of the triangle, line or point in its mesh: an index of
+    /// [`Mesh::triangles`](overcoat_scene::Mesh::triangles), or of [`Mesh::positions`](overcoat_scene::Mesh::positions)
+    /// if it is made of points without these.
     pub primitive: usize,
     /// Its vertices in the mesh; of a line the first two, of a point the first count.
     pub vertices: [u32; 3],
@@ -322,7 +323,7 @@ fn weights(
     (weights, depth)
 }
 
-/// Which of the triangles or lines of a chunk has these vertices.
+/// Index of the triangle or line of a chunk that has these vertices.
 fn place_among(triangles: &[[u32; 3]], vertices: [u32; 3], kind: PrimitiveKind) -> usize {
     let corners = if kind == PrimitiveKind::Lines { 2 } else { 3 };
     triangles.iter().position(|own| own[..corners] == vertices[..corners]).unwrap_or_default()

@@ -137,7 +137,7 @@ fn texels(scene: &Scene) -> u64 {
     sum
 }
 
-/// Asks for the texture that decides about the opacity of a material, if it has alpha: of others it is known.
+/// Requests the texture that decides about the opacity of a material, if it has alpha: of others it is known.
 fn want_alpha(scene: &Scene, material: &Material) {
     let texture = material.base_color_texture.map(|read| &scene.textures()[read.texture.index()]);
     if let Some(form) = texture.and_then(Texture::form)

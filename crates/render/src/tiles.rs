@@ -26,7 +26,7 @@ pub(super) struct TileMemory {
     traced: TracedRows,
 }
 
-/// What the tiles find beside the picture.
+/// Results of the tiles beside the picture.
 #[derive(Default)]
 pub(super) struct Found {
     /// Number of fragments.
