@@ -234,7 +234,7 @@ impl Actual<'_> {
     }
 }
 
-/// Why a picture is none: it is empty, or has another number of pixels than its size says.
+/// Reason that a picture is none: it is empty, or has another number of pixels than its size says.
 fn not_a_picture(image: &DisplayImage) -> Option<String> {
     let DisplayImage { width, height, pixels } = image;
     let whole = pixels.len() as u64 == u64::from(*width) * u64::from(*height) && !pixels.is_empty();

@@ -83,7 +83,7 @@ pub struct FileResult {
     pub name: String,
     /// Outcome of the comparison.
     pub verdict: Verdict,
-    /// Why, a sentence each; for pictures that pass, what is worth knowing.
+    /// Reasons for the verdict, a sentence each; for pictures that pass, what is worth knowing.
     pub reasons: Vec<String>,
     /// The measures, where both pictures could be read and have the same size; of moving pictures those of the frame that
     /// differs most.
@@ -157,7 +157,7 @@ pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limi
     compare_sides(&pair.name, sides, pair.problem.clone(), thresholds, strict, limits)
 }
 
-/// Says why files differ that are not read.
+/// Result for files that differ and are not read, with the reason.
 fn unread_result(pair: &Pair) -> FileResult {
     let files = match dotted(&extension(&pair.relative)) {
         none if none.is_empty() => "files without extension".to_owned(),
@@ -283,7 +283,7 @@ pub fn compare_all_frames(
     (FileResult { name: name.to_owned(), verdict, reasons, metrics }, measured, frame)
 }
 
-/// Adds what is to say of some of so many frames: of the first of them, and how many more there are.
+/// Adds the reason of the first of the frames, and the number of further ones.
 fn tell(reasons: &mut Vec<String>, of: usize, frames: Vec<(usize, String)>) {
     let more = frames.len().saturating_sub(TOLD);
     for (k, reason) in frames.into_iter().take(TOLD) {
@@ -338,7 +338,7 @@ fn depth_reason(expected: SampleKind, actual: SampleKind) -> String {
     format!("expected {expected} a channel, actual {actual}")
 }
 
-/// Why a stored file is larger than it may be, or, with the feature `compress`, than it must be.
+/// Reason that a stored file is larger than it may be, or, with the feature `compress`, than it must be.
 #[cfg_attr(not(feature = "compress"), allow(unused_variables))]
 fn oversize(
     stored: &[u8],

@@ -74,8 +74,8 @@ pub fn compress_png(bytes: &[u8], effort: Effort, limits: &Limits) -> Result<Vec
     Ok(if out.len() < bytes.len() { out } else { bytes.to_vec() })
 }
 
-/// Why a stored file is larger than it must be. What this crate's own encoder makes of a picture is not: a fresh render may be
-/// stored as it is.
+/// Reason that a stored file counts as larger than it must be. What this crate's own encoder makes of a picture is not:
+/// a fresh render may be stored as it is.
 pub(crate) fn oversize(stored: &[u8], picture: &DecodedPicture, limits: &Limits) -> Option<String> {
     if stored.len() < OVERSIZE_FROM || !stored.starts_with(b"\x89PNG") {
         return None;

@@ -1,4 +1,4 @@
-//! Why pictures are not as expected, or cannot be compared, reported or accepted.
+//! Errors: pictures that are not as expected, or cannot be compared, reported or accepted.
 
 use overcoat_core::files::ReadError;
 use overcoat_core::limits::LimitExceeded;
@@ -6,7 +6,7 @@ use overcoat_image::decode::DecodeError;
 use overcoat_image::output::OutputError;
 use std::path::PathBuf;
 
-/// Why a golden is not met, or cannot be compared or recorded.
+/// Error: a golden is not met, or cannot be compared or recorded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GoldenError {
