@@ -302,7 +302,7 @@ fn from_planes(width: u32, height: u32, mut planes: Vec<ExrPlane>) -> DecodedPic
     DecodedPicture { planes, ..DecodedPicture::still([width, height], kind, pixels) }
 }
 
-/// Which planes are red, green, blue and alpha: those of the first layer that has colours, of the unnamed layer
+/// Indices of the red, green, blue and alpha planes: those of the first layer that has colours, of the unnamed layer
 /// before others; else its luminance; else the first plane of all.
 fn colour_planes(planes: &[ExrPlane]) -> [Option<usize>; 4] {
     let parts = |plane: &'_ ExrPlane| -> (String, String) {

@@ -156,7 +156,7 @@ impl OutputOptions {
     }
 }
 
-/// Why there is no file.
+/// Error of writing a file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {

@@ -19,7 +19,7 @@ const PNG: &[u8; 8] = b"\x89PNG\r\n\x1a\n";
 /// Last bytes of most TGA files.
 const TGA_END: &[u8] = b"TRUEVISION-XFILE.\0";
 
-/// The kind of a picture, and how many bytes there are before it.
+/// Finds the kind of a picture, and the number of bytes before it.
 ///
 /// # Errors
 /// What the bytes are instead: one line.

@@ -40,7 +40,7 @@ enum Storage {
     Etc1s { second: Option<u8> },
     /// Blocks of 4 x 4 of 16 bytes; the channels by their number.
     Uastc { channels: u8 },
-    /// So many bytes a texel.
+    /// Uncompressed texels of this many bytes each.
     Plain(usize),
 }
 

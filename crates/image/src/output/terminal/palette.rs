@@ -1,6 +1,6 @@
 //! A palette of a picture's colours by median cut, in integers alone: the same on every machine.
 
-/// A colour and how many pixels have it.
+/// Colour and the number of pixels that have it.
 type Entry = ([u8; 3], u64);
 
 /// The registers of a picture's colours.
