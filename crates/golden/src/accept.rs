@@ -12,16 +12,16 @@ use overcoat_image::decode::DecodedPicture;
 use overcoat_image::output::{OutputError, write_atomically};
 use std::path::{Path, PathBuf};
 
-/// What becomes of a picture.
+/// Outcome of accepting a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Accepted {
-    /// What is stored already is what would be.
+    /// The file that is stored already is the one that would be written.
     Unchanged,
     /// The expected file is written.
     Written {
-        /// Where.
+        /// The file.
         path: PathBuf,
-        /// What.
+        /// Its new content.
         bytes: Vec<u8>,
         /// Bytes of the file before, if there was one.
         before: Option<usize>,

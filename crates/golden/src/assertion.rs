@@ -64,7 +64,7 @@ impl Golden {
         self
     }
 
-    /// What pictures have to meet where `thresholds.toml` says nothing.
+    /// Sets the thresholds of pictures for which `thresholds.toml` says nothing.
     #[must_use]
     pub fn thresholds(mut self, thresholds: Thresholds) -> Self {
         self.otherwise = thresholds;
@@ -211,7 +211,7 @@ impl Golden {
     }
 }
 
-/// What a test has drawn.
+/// Picture that a test has drawn.
 #[derive(Clone, Copy)]
 pub(super) enum Actual<'a> {
     Image(&'a DisplayImage),
@@ -234,7 +234,7 @@ impl Actual<'_> {
     }
 }
 
-/// Why a picture is none: it is empty, or has another number of pixels than its size says.
+/// Reason that a picture is none: it is empty, or has another number of pixels than its size says.
 fn not_a_picture(image: &DisplayImage) -> Option<String> {
     let DisplayImage { width, height, pixels } = image;
     let whole = pixels.len() as u64 == u64::from(*width) * u64::from(*height) && !pixels.is_empty();

@@ -11,7 +11,7 @@ use overcoat_image::decode::{DecodeError, DecodedPicture, FrameTime, SampleKind}
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// How a comparison came out, from good to bad.
+/// Outcome of a comparison, from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -75,15 +75,15 @@ impl Verdict {
     }
 }
 
-/// What came of one name.
+/// Result of comparing the pictures of one name.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FileResult {
     /// Path below the folders, with `/` between its parts.
     pub name: String,
-    /// How it came out.
+    /// Outcome of the comparison.
     pub verdict: Verdict,
-    /// Why, a sentence each; for pictures that pass, what is worth knowing.
+    /// Reasons for the verdict, a sentence each; for pictures that pass, what is worth knowing.
     pub reasons: Vec<String>,
     /// The measures, where both pictures could be read and have the same size; of moving pictures those of the frame that
     /// differs most.
@@ -157,7 +157,7 @@ pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limi
     compare_sides(&pair.name, sides, pair.problem.clone(), thresholds, strict, limits)
 }
 
-/// Says why files differ that are not read.
+/// Result for files that differ and are not read, with the reason.
 fn unread_result(pair: &Pair) -> FileResult {
     let files = match dotted(&extension(&pair.relative)) {
         none if none.is_empty() => "files without extension".to_owned(),
@@ -283,7 +283,7 @@ pub fn compare_all_frames(
     (FileResult { name: name.to_owned(), verdict, reasons, metrics }, measured, frame)
 }
 
-/// Adds what is to say of some of so many frames: of the first of them, and how many more there are.
+/// Adds the reason of the first of the frames, and the number of further ones.
 fn tell(reasons: &mut Vec<String>, of: usize, frames: Vec<(usize, String)>) {
     let more = frames.len().saturating_sub(TOLD);
     for (k, reason) in frames.into_iter().take(TOLD) {
@@ -338,7 +338,7 @@ fn depth_reason(expected: SampleKind, actual: SampleKind) -> String {
     format!("expected {expected} a channel, actual {actual}")
 }
 
-/// Why a stored file is larger than it may be, or, with the feature `compress`, than it must be.
+/// Reason that a stored file is larger than it may be, or, with the feature `compress`, than it must be.
 #[cfg_attr(not(feature = "compress"), allow(unused_variables))]
 fn oversize(
     stored: &[u8],

@@ -15,7 +15,7 @@ use overcoat_image::output::encode_png;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU64;
 
-/// How long compression may take.
+/// Effort of compression: the time that it may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Effort {
@@ -74,8 +74,8 @@ pub fn compress_png(bytes: &[u8], effort: Effort, limits: &Limits) -> Result<Vec
     Ok(if out.len() < bytes.len() { out } else { bytes.to_vec() })
 }
 
-/// Why a stored file is larger than it must be. What this crate's own encoder makes of a picture is not: a fresh render may be
-/// stored as it is.
+/// Reason that a stored file counts as larger than it must be. What this crate's own encoder makes of a picture is not:
+/// a fresh render may be stored as it is.
 pub(crate) fn oversize(stored: &[u8], picture: &DecodedPicture, limits: &Limits) -> Option<String> {
     if stored.len() < OVERSIZE_FROM || !stored.starts_with(b"\x89PNG") {
         return None;
@@ -139,7 +139,7 @@ fn chunks(bytes: &[u8]) -> Vec<([u8; 4], Vec<u8>)> {
     out
 }
 
-/// How pixels are stored.
+/// Pixel layout of the file.
 #[derive(Clone, Debug, PartialEq)]
 enum Layout {
     /// Channels of the pixel that are stored, 8 or 16 bits each: 1 grey, 2 grey and alpha, 3 colours, 4 all.
@@ -310,7 +310,7 @@ fn push_chunk(out: &mut Vec<u8>, name: &[u8; 4], data: &[u8]) {
     out.extend(checksum.to_be_bytes());
 }
 
-/// How the filter of each row is chosen.
+/// Strategy that chooses the filter of each row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Strategy {
     /// One filter for all rows: 0 none, 1 left, 2 above, 3 average, 4 Paeth.

@@ -118,13 +118,13 @@ impl DescribedGolden {
         &self.name
     }
 
-    /// What is to be drawn: the `.toml` without its `[golden]` table.
+    /// Description of the picture to draw: the `.toml` without its `[golden]` table.
     #[must_use]
     pub fn description(&self) -> &str {
         &self.description
     }
 
-    /// What would be wrong if the picture changed.
+    /// Reason that the picture is tested: what would be wrong if it changed.
     #[must_use]
     pub fn why(&self) -> &str {
         &self.why

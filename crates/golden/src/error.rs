@@ -1,4 +1,4 @@
-//! Why pictures are not as expected, or cannot be compared, reported or accepted.
+//! Errors: pictures that are not as expected, or cannot be compared, reported or accepted.
 
 use overcoat_core::files::ReadError;
 use overcoat_core::limits::LimitExceeded;
@@ -6,7 +6,7 @@ use overcoat_image::decode::DecodeError;
 use overcoat_image::output::OutputError;
 use std::path::PathBuf;
 
-/// Why a golden is not met, or cannot be compared or recorded.
+/// Error: a golden is not met, or cannot be compared or recorded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GoldenError {
@@ -15,7 +15,7 @@ pub enum GoldenError {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A file is not what it should be.
@@ -23,7 +23,7 @@ pub enum GoldenError {
     Malformed {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Reason, in a few words.
         reason: String,
     },
     /// One of the two files of a golden is missing.
@@ -34,7 +34,7 @@ pub enum GoldenError {
         /// The file that is not.
         missing: PathBuf,
     },
-    /// Of two that are to be compared, one is a folder and the other a file.
+    /// One of two that are to be compared is a folder and the other a file.
     #[error("{} is a folder and {} is not", folder.display(), file.display())]
     Mixed {
         /// The folder.
@@ -69,7 +69,7 @@ pub enum GoldenError {
     Differs {
         /// The name of the picture, and in what it differs.
         summary: String,
-        /// What would be wrong, by the description of the golden, if it has one.
+        /// Reason that the picture is tested, by the description of the golden, if it has one.
         why: Option<String>,
         /// The expected picture, if there is one.
         expected: Option<PathBuf>,

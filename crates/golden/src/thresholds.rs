@@ -1,4 +1,4 @@
-//! How much pictures may differ: a TOML file of limits by file name.
+//! Thresholds for the differences between pictures: a TOML file of limits by file name.
 //!
 //! ```toml
 //! # For every file: no more than two codes of 255 in any channel, but for 20 pixels.
@@ -28,7 +28,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-/// What one file has to meet.
+/// Limits that one file has to meet.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Thresholds {
@@ -48,7 +48,7 @@ pub struct Thresholds {
     pub flip_max: Option<f64>,
     /// Largest size of an expected file in bytes that a strict check accepts; any size where `None`.
     pub max_bytes: Option<u64>,
-    /// What the measures need to know.
+    /// Settings of the measures.
     pub metrics: MetricSettings,
 }
 
@@ -140,7 +140,7 @@ impl Thresholds {
             && self.flip_max.is_none()
     }
 
-    /// What is beyond the limits, one sentence each; nothing if the file passes.
+    /// Violations of the limits, one sentence each; none if the file passes.
     #[must_use]
     pub fn violations(&self, metrics: &Metrics) -> Vec<String> {
         let mut out = Vec::new();
@@ -217,7 +217,7 @@ pub(super) fn short(value: f64) -> String {
 pub struct ThresholdProblem {
     /// The line, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// Description of the problem.
     pub message: String,
 }
 
@@ -399,13 +399,13 @@ impl ThresholdFile {
         out
     }
 
-    /// What is wrong with the file, in the order of its lines.
+    /// Problems of the file, in the order of its lines.
     #[must_use]
     pub fn problems(&self) -> &[ThresholdProblem] {
         &self.problems
     }
 
-    /// What the file of this name has to meet; `/` stands between folders.
+    /// Limits for the file of this name; `/` stands between folders.
     #[must_use]
     pub fn of(&self, name: &str, otherwise: &Thresholds) -> Thresholds {
         let mut out = otherwise.clone();

@@ -1,4 +1,4 @@
-//! Which pictures of two folders belong together.
+//! Pairing of the pictures of two folders.
 
 use super::GoldenError;
 use overcoat_core::limits::Limits;
@@ -8,10 +8,10 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// What stands before the extension of a picture that a failed test leaves: `x.new.png` beside `x.png`.
+/// Infix before the extension of a picture that a failed test leaves: `x.new.png` beside `x.png`.
 pub const NEW: &str = ".new";
 
-/// The file that says how much pictures of its folder may differ.
+/// Name of the file that says by how much pictures of its folder may differ.
 pub const THRESHOLDS: &str = "thresholds.toml";
 
 /// A name with the files that have it.
@@ -27,7 +27,8 @@ pub struct Pair {
     pub actual: Option<PathBuf>,
     /// True if the actual picture is called `x.new.png` for the expected `x.png`.
     pub is_new: bool,
-    /// Why a file of this name was not looked at, if so: it is a link that leads out of its folder, or cannot be read.
+    /// Reason that a file of this name was not looked at, if so: it is a link that leads out of its folder, or cannot
+    /// be read.
     pub problem: Option<String>,
     /// True for files of a format that is not read, which are not the same in every byte.
     pub unread: bool,
@@ -43,8 +44,8 @@ pub struct FolderPair {
     /// The pictures of both, by name, and of the other files those that differ: in a byte, or because a picture of a format
     /// that is not read is on one side only.
     pub pairs: Vec<Pair>,
-    /// The rest of the other files of both: how many there are by extension (`.txt`; empty for names without one), without
-    /// those that belong to the goldens (`thresholds.toml`).
+    /// Number of the other files of both by extension (`.txt`; empty for names without one), without those that belong
+    /// to the goldens (`thresholds.toml`).
     pub others: BTreeMap<String, u64>,
 }
 
@@ -250,7 +251,7 @@ fn short(extension: &str) -> String {
     extension.chars().take(16).collect()
 }
 
-/// Why a link is not followed.
+/// Reason that a link is not followed.
 fn link_problem(path: &Path, real_root: &Path) -> Option<String> {
     match path.canonicalize() {
         Ok(target) if target.starts_with(real_root) => None,

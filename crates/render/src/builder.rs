@@ -1,4 +1,4 @@
-//! What stays the same for all pictures of a renderer.
+//! Settings of a renderer that stay the same for all of its pictures.
 
 use super::{RenderError, RenderOptions, Renderer};
 use overcoat_core::jobs::MAX_THREADS;

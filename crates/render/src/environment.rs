@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub(super) struct EnvironmentCache {
     picture: Option<(Arc<EquirectImage>, Arc<PrefilteredEnvironment>)>,
     dark: Option<Arc<PrefilteredEnvironment>>,
-    /// Where filtered pictures are kept beyond this renderer.
+    /// Store that keeps filtered pictures beyond this renderer.
     pub(super) store: Option<Arc<dyn EnvironmentStore>>,
     /// Used whatever the scene says.
     pub(super) given: Option<Arc<PrefilteredEnvironment>>,
@@ -116,7 +116,7 @@ pub(super) fn foreseen(scene: &Scene, options: &RenderOptions) -> Levels {
     scene.materials().iter().map(|material| of_material(material, options)).fold(begin, Levels::with)
 }
 
-/// Those of one material.
+/// Levels that one material reads.
 fn of_material(material: &Material, options: &RenderOptions) -> Levels {
     if material.unlit {
         return Levels::NONE;

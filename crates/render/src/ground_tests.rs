@@ -54,7 +54,7 @@ fn draw(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Rendered {
     Renderer::new(2).render(scene, camera, options).unwrap()
 }
 
-/// Where a pixel of [`from_above`] lies, from the middle.
+/// Position on the floor of a pixel of [`from_above`], from the middle.
 fn place(x: u32, y: u32) -> [f32; 2] {
     [x, y].map(|v| (v as f32 + 0.5 - SIDE as f32 * 0.5) * 8.0 / SIDE as f32)
 }
@@ -65,8 +65,9 @@ fn fade(distance: f32, radius: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Of a sphere of radius 1 that stands on it, a floor at distance x sees (r / d)^2 cos = (1 + x^2)^(-3/2) of the sky's light:
-/// the form factor of a sphere (Howell, A catalog of radiation heat transfer configuration factors, B-38).
+/// A sphere of radius 1 that stands on the floor takes (r / d)^2 cos = (1 + x^2)^(-3/2) of the sky's light from a place
+/// at distance x: the form factor of a sphere (Howell, A catalog of radiation heat transfer configuration factors,
+/// B-38).
 #[test]
 fn a_ball_throws_the_shadow_that_the_sky_leaves() {
     let visibility = Visibility::new(128, 256, 0);

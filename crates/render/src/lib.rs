@@ -77,8 +77,8 @@ impl Renderer {
         &self.jobs
     }
 
-    /// The work that was counted for the last picture whose tiles were begun, whether it was finished or not: how far beyond a
-    /// limit the threads got depends on timing.
+    /// Work that was counted for the last picture whose tiles were begun, whether it was finished or not: the amount by
+    /// which the threads exceeded a limit depends on timing.
     #[must_use]
     pub fn work_done(&self) -> WorkDone {
         self.memory.work_done
@@ -197,8 +197,9 @@ impl Renderer {
         Ok(RenderedInto { tinted: drawn.tinted, exposure: drawn.exposure, stats: drawn.stats })
     }
 
-    /// What is seen in a pixel, counted from the upper left corner: the nearest triangle, line or point whose opacity is not 0 at
-    /// the sample nearest to the middle that sees any. `None` where nothing is; splats, the floor and the environment are not found.
+    /// Finds what a pixel shows, counted from the upper left corner: the nearest triangle, line or point whose opacity
+    /// is not 0 at the sample nearest to the middle that sees any. `None` where nothing is; splats, the floor and the
+    /// environment are not found.
     ///
     /// If the last picture was of this scene, camera and size, with as many samples, what its rasterizer has kept is asked: 5 to 13
     /// microseconds (models of 23,000 to 100,000 triangles at 1280 x 720). Else vertices and triangles are brought to the screen

@@ -11,12 +11,12 @@ use overcoat_tiles::strips::Planes;
 use overcoat_tiles::timed_pool::TimedPool;
 use overcoat_tiles::work::{Spent, Work};
 
-/// What is kept from one picture to the next.
+/// Memory of the passes that is kept from one picture to the next.
 #[derive(Debug, Default)]
 pub(super) struct PassMemory {
     tiles: TileMemory,
     pub effects: EffectMemory,
-    /// Those of pictures that were given back.
+    /// Planes of pictures that were given back.
     pub planes: Planes,
 }
 

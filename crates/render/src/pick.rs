@@ -1,4 +1,4 @@
-//! What is seen in a pixel, asked of what the rasterizer has kept of the last picture.
+//! Picking: the surface that a pixel shows, from what the rasterizer has kept of the last picture.
 //!
 //! It is asked where the samples of the picture are, that nearest to the middle first: of triangles that lie between samples nothing
 //! is kept.
@@ -22,14 +22,15 @@ use overcoat_tiles::timed_pool::TimedPool;
 /// Least opacity of what is found: half a step of 8 bits.
 const LEAST_OPACITY: f32 = 0.5 / 255.0;
 
-/// What is seen in a pixel.
+/// Surface that a pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Hit {
     /// Number of the draw in [`Scene::instances`].
     pub instance: usize,
-    /// Which triangle, line or point of its mesh: an index of [`Mesh::triangles`](overcoat_scene::Mesh::triangles), or of
-    /// [`Mesh::positions`](overcoat_scene::Mesh::positions) if it is made of points without these.
+    /// Number of the triangle, line or point in its mesh: an index of
+    /// [`Mesh::triangles`](overcoat_scene::Mesh::triangles), or of [`Mesh::positions`](overcoat_scene::Mesh::positions)
+    /// if it is made of points without these.
     pub primitive: usize,
     /// Its vertices in the mesh; of a line the first two, of a point the first count.
     pub vertices: [u32; 3],
@@ -37,13 +38,13 @@ pub struct Hit {
     pub barycentric: [f32; 3],
     /// Distance along the view direction in metres, as [`Aov::Depth`](overcoat_core::frame::Aov::Depth).
     pub depth: f32,
-    /// Where that is in world space, in metres.
+    /// Position of that point in world space, in metres.
     pub position: [f64; 3],
     /// Seen from behind.
     pub back_facing: bool,
 }
 
-/// What the rasterizer has kept, and of which picture.
+/// Identity of the picture whose geometry the rasterizer has kept.
 #[derive(Clone, Debug)]
 pub(super) struct LastPicture {
     scene: Revision,
@@ -65,7 +66,7 @@ impl LastPicture {
         Self { scene: scene.revision(), camera: *camera, size, samples, widths, grid, count }
     }
 
-    /// Whether triangles were listed in a tile of the picture that is asked for.
+    /// True if the kept triangles are those of the picture that is asked for, and are listed in the pixel's tile.
     fn serves(&self, request: &Request<'_>, pixel: [u32; 2]) -> bool {
         let own = Self::new(request, self.grid, self.count);
         let alike = (own.scene, own.camera, own.size, own.samples, own.widths)
@@ -75,7 +76,7 @@ impl LastPicture {
 }
 
 impl Memory {
-    /// What is seen in a pixel.
+    /// Finds what a pixel shows.
     pub(super) fn pick(
         &mut self,
         request: &Request<'_>,
@@ -130,7 +131,7 @@ impl Memory {
     }
 }
 
-/// What the rasterizer has kept.
+/// Geometry that the rasterizer has kept.
 struct Kept<'a> {
     chunks: &'a [Chunk],
     bins: &'a TileBins,
@@ -146,7 +147,7 @@ struct Candidate<'a> {
     depth: f32,
     chunk: &'a Chunk,
     index: u32,
-    /// Of a point.
+    /// Disc of a point; `None` for others.
     disc: Option<Disc>,
 }
 
@@ -208,7 +209,7 @@ impl Kept<'_> {
         points.disc(self.draws[chunk.draw as usize].mesh, chunk.range.start + index as usize)
     }
 
-    /// Whether something of it shows at a sample of the pixel.
+    /// True if something of it shows at a sample of the pixel.
     fn is_seen(
         &self,
         shade: &ShadeContext<'_>,
@@ -322,7 +323,7 @@ fn weights(
     (weights, depth)
 }
 
-/// Which of the triangles or lines of a chunk has these vertices.
+/// Index of the triangle or line of a chunk that has these vertices.
 fn place_among(triangles: &[[u32; 3]], vertices: [u32; 3], kind: PrimitiveKind) -> usize {
     let corners = if kind == PrimitiveKind::Lines { 2 } else { 3 };
     triangles.iter().position(|own| own[..corners] == vertices[..corners]).unwrap_or_default()

@@ -32,7 +32,7 @@ use overcoat_tiles::timed_pool::{TimedPool, arithmetic_is_default};
 use overcoat_tiles::work::WorkDone;
 use std::borrow::Cow;
 
-/// What is asked for.
+/// Request for one picture.
 #[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
     pub jobs: &'a Jobs,
@@ -41,7 +41,7 @@ pub(super) struct Request<'a> {
     pub options: &'a RenderOptions,
     /// For a screen; else a frame.
     pub display: Option<&'a DisplayOptions>,
-    /// Who may stop it.
+    /// Handle by which the caller may stop it.
     pub cancellation: Option<&'a Cancellation>,
 }
 
@@ -55,7 +55,7 @@ pub(super) struct Drawn {
     pub stats: RenderStats,
 }
 
-/// What is kept from one picture to the next.
+/// Memory that is kept from one picture to the next.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
     pub pattern: Option<SamplePattern>,
@@ -262,7 +262,7 @@ pub(super) fn environment_light<'a>(
     EnvironmentLight::new(filtered, rotation_degrees, intensity)
 }
 
-/// What the shading knows of the picture as a whole.
+/// Context of shading: the picture as a whole.
 pub(super) fn shade_context<'a>(
     request: &Request<'a>,
     textures: &'a [Texture],

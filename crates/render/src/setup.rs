@@ -25,7 +25,7 @@ pub(super) struct GeometryMemory {
     pub vertices: ScreenVertices,
     /// Empty between pictures.
     vertex_jobs: Vec<VertexJob<'static>>,
-    /// Those of the picture, and spare ones.
+    /// Chunks of the picture, and spare ones.
     pub chunks: Vec<Chunk>,
 }
 
@@ -38,7 +38,7 @@ struct VertexJob<'a> {
     depths: &'a mut [f32],
 }
 
-/// What triangles are set up for.
+/// Targets that triangles are set up for: grid, sample pattern and memory budget.
 #[derive(Clone, Copy)]
 pub(super) struct SetUp<'a> {
     pub grid: &'a TileGrid,

@@ -11,10 +11,10 @@ use overcoat_core::jobs::{Jobs, Scratch};
 use overcoat_scene::{AlphaMode, LazyImage, Material, Revision, Scene, Texture};
 use std::sync::Arc;
 
-/// What is kept from one picture to the next.
+/// Memory of the textures that is kept from one picture to the next.
 #[derive(Debug, Default)]
 pub(super) struct TextureMemory {
-    /// What is there of the scene's textures; empty if all of it is there in the scene.
+    /// Resident parts of the scene's textures; empty if all of it is there in the scene.
     pub resident: Vec<Texture>,
     /// Room for decoders.
     raw: Scratch<Vec<u8>>,
@@ -63,7 +63,7 @@ impl TextureMemory {
         }
     }
 
-    /// Whether something was asked for that is not among what is there.
+    /// True if something was asked for that is not resident.
     pub(super) fn lacks(&self) -> bool {
         let lacks = |texture: &Texture| {
             texture.form().is_some_and(|form| form.lacks(texture) && !form.image().is_lost())
@@ -71,7 +71,7 @@ impl TextureMemory {
         self.resident.iter().any(lacks)
     }
 
-    /// Brings what is wanted and not there.
+    /// Decodes what is wanted and not resident.
     pub(super) fn fetch(&mut self, jobs: &Jobs, scene: &Scene) {
         // The textures of each image together.
         let mut images: Vec<Vec<&Texture>> = Vec::new();
@@ -112,7 +112,7 @@ impl TextureMemory {
     }
 }
 
-/// Whether some texture of a scene is decoded by need.
+/// True if some texture of a scene is decoded on demand.
 fn is_lazy(scene: &Scene) -> bool {
     scene.textures().iter().any(|texture| texture.form().is_some())
 }
@@ -137,7 +137,7 @@ fn texels(scene: &Scene) -> u64 {
     sum
 }
 
-/// Asks for the texture that decides about the opacity of a material, if it has alpha: of others it is known.
+/// Requests the texture that decides about the opacity of a material, if it has alpha: of others it is known.
 fn want_alpha(scene: &Scene, material: &Material) {
     let texture = material.base_color_texture.map(|read| &scene.textures()[read.texture.index()]);
     if let Some(form) = texture.and_then(Texture::form)

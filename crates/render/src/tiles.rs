@@ -20,13 +20,13 @@ pub(super) struct TileMemory {
     strips: Strips<'static>,
     /// Empty between frames.
     tiles: Vec<TileJob>,
-    /// What each tile of the last pass took.
+    /// Cost of each tile in the last pass.
     costs: Vec<TileCost>,
     /// Findings of the rays of some of the tiles.
     traced: TracedRows,
 }
 
-/// What the tiles find beside the picture.
+/// Results of the tiles beside the picture.
 #[derive(Default)]
 pub(super) struct Found {
     /// Number of fragments.
@@ -37,7 +37,7 @@ pub(super) struct Found {
     pub aovs: Vec<AovPlane>,
     /// Something tints what is behind the picture.
     pub tinted: bool,
-    /// How much of it is white or black, if that is counted.
+    /// Number of white and black pixels, if they are counted.
     pub clipping: Clipping,
     /// The hashes, if they were asked for.
     pub hashes: Option<FragmentHashes>,

@@ -28,7 +28,7 @@ pub(super) struct TracedRows {
 }
 
 impl TracedRows {
-    /// Begins a run over all tiles. Returns how many rows of them are shaded at once.
+    /// Begins a run over all tiles. Returns the number of rows of them that are shaded at once.
     pub(super) fn start(&mut self, grid: &TileGrid) -> u32 {
         let at_once = (PIXELS_AT_ONCE / (grid.width().max(1) * grid.side())).clamp(1, grid.rows().max(1));
         let known = grid.rows().min(at_once + 2) * grid.columns();

@@ -1,11 +1,11 @@
-//! Why a picture shows nothing of a scene.
+//! Reasons that a picture shows nothing of a scene.
 
 use super::{RenderOptions, RenderStats};
 use overcoat_scene::{Bounds, Camera, Instance, Scene};
 use overcoat_stages::geometry::View;
 use std::fmt;
 
-/// Why a picture shows nothing of a scene.
+/// Reason that a picture shows nothing of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Unseen {
@@ -44,8 +44,8 @@ impl fmt::Display for Unseen {
 }
 
 impl RenderStats {
-    /// Why a picture shows nothing of the scene, if it does not: [`RenderStats::covered`] is 0. Scene, camera and options
-    /// are those that it was taken with.
+    /// Reason that a picture shows nothing of the scene, if it does not: [`RenderStats::covered`] is 0. Scene, camera
+    /// and options are those that it was taken with.
     #[must_use]
     pub fn unseen(&self, scene: &Scene, camera: &Camera, options: &RenderOptions) -> Option<Unseen> {
         (self.covered == 0).then(|| reason(self, scene, camera, options))
@@ -93,7 +93,7 @@ fn reason(stats: &RenderStats, scene: &Scene, camera: &Camera, options: &RenderO
     }
 }
 
-/// Where something is on the screen.
+/// Position of a box relative to the screen.
 enum Place {
     Behind,
     Beside,
@@ -115,7 +115,7 @@ impl Place {
     }
 }
 
-/// Where the box of an instance is on the screen.
+/// Position of an instance's box relative to the screen.
 fn place(view: &View, bounds: &Bounds, instance: &Instance) -> Place {
     let half = [f64::from(view.width) * 0.5, f64::from(view.height) * 0.5];
     let corners: [[f64; 3]; 8] = std::array::from_fn(|corner| {

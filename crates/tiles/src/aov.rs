@@ -56,7 +56,7 @@ pub struct TileAovs {
     splats: Vec<PixelSplats>,
 }
 
-/// What splats change of a pixel.
+/// Change of a pixel by splats.
 #[derive(Clone, Copy, Debug)]
 struct PixelSplats {
     pixel: usize,
@@ -158,7 +158,7 @@ impl TileAovs {
         }
     }
 
-    /// Says what splats are before a pixel: the part of it that they cover, and distance and object of the splat behind
+    /// Adds the splats before a pixel: the part of it that they cover, and distance and object of the splat behind
     /// which less than half of the light passes.
     pub fn add_splats(&mut self, pixel: usize, coverage: f32, front: Option<(f32, u32)>) {
         if self.is_wanted() {
@@ -166,12 +166,12 @@ impl TileAovs {
         }
     }
 
-    /// Whether the floor is to be looked at.
+    /// True if the plane of the floor is wanted.
     pub fn wants_ground(&self) -> bool {
         self.wanted.contains(&Aov::Ground)
     }
 
-    /// Says how much of the floor is seen in a pixel.
+    /// Sets the opacity of the floor in a pixel.
     pub fn set_ground(&mut self, pixel: usize, opacity: f32) {
         for (_, plane) in self.wanted.iter().zip(&mut self.planes).filter(|(aov, _)| **aov == Aov::Ground) {
             plane[pixel] = opacity;

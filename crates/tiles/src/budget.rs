@@ -1,4 +1,4 @@
-//! What the working memory of one frame may take.
+//! Budget of the working memory of one frame.
 
 use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_scene::{PrimitiveKind, Scene};
@@ -68,8 +68,8 @@ impl FrameBudget {
         &self.grid
     }
 
-    /// How many references of the tiles of `grid` to triangles may be added: beyond that, those of the default tiles are too
-    /// many as well.
+    /// Number of references to triangles that the tiles of `grid` may add: beyond that, those of the default tiles are
+    /// too many as well.
     pub fn references(&self, grid: &TileGrid) -> u64 {
         let ratio = u64::from((self.grid.side() / grid.side()).max(1));
         let remaining = self.limit.saturating_sub(self.spent.load(Ordering::Relaxed));

@@ -1,4 +1,4 @@
-//! How long stages take, for the user to read. No result depends on it.
+//! Times that stages take, for the user to read. No result depends on them.
 
 use std::time::Duration;
 #[cfg(not(all(target_family = "wasm", target_os = "unknown")))]

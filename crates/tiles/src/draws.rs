@@ -5,12 +5,12 @@ use overcoat_stages::gbuffer::Draw;
 use overcoat_stages::geometry::{DrawView, PointView, View};
 use std::ops::Range;
 
-/// What the geometry stage knows of a draw.
+/// State of a draw for the geometry stage.
 #[derive(Clone, Debug)]
 pub struct DrawState {
     /// Object space to the screen.
     pub view: DrawView,
-    /// How its points are seen, if it is made of points.
+    /// View of its points, if it is made of points.
     pub points: Option<PointView>,
     /// The draw's vertices in the list of all screen vertices: none of points and lines, which are made anew where they are
     /// needed.
@@ -19,11 +19,11 @@ pub struct DrawState {
     pub mirrored: bool,
     /// Triangles seen from behind are not drawn.
     pub cull_back_faces: bool,
-    /// How the material covers what is behind.
+    /// Coverage of the material: opaque, masked or blended.
     pub alpha_mode: AlphaMode,
     /// The material lets light straight through.
     pub transmissive: bool,
-    /// What is behind is seen refracted or blurred.
+    /// Surfaces behind are seen refracted or blurred.
     pub refracts: bool,
 }
 

@@ -1,5 +1,5 @@
-//! What effects look up, prepared before the tiles that they are asked in are drawn: on all threads, once for a scene or once
-//! for a frame. The other part of an effect, which is asked for each batch of fragments, is in `shade/effects.rs`.
+//! Preparation of effects, before the tiles that look them up are drawn: on all threads, once for a scene or once for a
+//! frame. The other part of an effect, which is asked for each batch of fragments, is in `shade/effects.rs`.
 //!
 //! What is found of a scene alone, whatever the camera, belongs before the first pass, and is kept for as long as scenes share
 //! it, as `environment.rs` keeps what it has filtered. What needs pixels of the frame is prepared after the pass that draws
@@ -17,7 +17,7 @@ use overcoat_stages::light::EnvironmentLight;
 use overcoat_stages::shade::{Backdrop, BentNormals, Effects, LightOcclusion, LitShares};
 use overcoat_stages::tile::TileGrid;
 
-/// What is prepared, in memory that is kept from one picture to the next.
+/// Data that effects look up, in memory that is kept from one picture to the next.
 #[derive(Debug, Default)]
 pub struct EffectMemory {
     backdrop: Backdrop,
@@ -46,7 +46,7 @@ impl EffectMemory {
         self.occlusion.prepare(pool, scene, environment, options)
     }
 
-    /// What is known of the scene.
+    /// Occlusion data of the scene.
     pub fn occlusion(&self) -> &OcclusionMemory {
         &self.occlusion
     }
@@ -56,7 +56,7 @@ impl EffectMemory {
         self.occlusion.traced().map_or(0, |traced| traced.emitter_rays())
     }
 
-    /// What is known of the environment's light, for a floor, and its number among all that was.
+    /// Occlusion of the environment for a floor, and its number among all that were made.
     pub fn maps_of_ground(&self) -> Option<(LightOcclusion<'_>, u64)> {
         self.occlusion.maps_of_ground()
     }

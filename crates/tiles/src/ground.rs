@@ -12,7 +12,7 @@ pub fn footing_of(scene: &Scene, options: &RenderOptions) -> Option<Footing> {
     options.ground_under.map_or_else(|| scene.footing(), |all| Footing::under(&all))
 }
 
-/// What is seen of a floor at the lowest point of the model along +Y, from above.
+/// Floor at the lowest point of the model along +Y, seen from above.
 ///
 /// It is lit by the environment and by all lights, past the opaque and the alpha-masked triangles of the model (`Visibility`
 /// says how well; without maps the floor has those of [`Quality::Fast`] for itself). In darkness there is no shadow. All of it
@@ -25,7 +25,7 @@ pub fn footing_of(scene: &Scene, options: &RenderOptions) -> Option<Footing> {
 /// [`Quality::Fast`]: crate::quality::Quality::Fast
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Ground {
-    /// There is none.
+    /// No floor.
     #[default]
     None,
     /// The shadow of the model, as black whose opacity is the part of the light (by luminance) that does not arrive.

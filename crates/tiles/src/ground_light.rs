@@ -1,4 +1,4 @@
-//! How much light reaches the floor: a picture of it from above, found once for a scene.
+//! Light that reaches the floor: a picture of it from above, found once for a scene.
 
 use super::ground::{Ground, footing_of};
 use super::lamps::LightMemory;
@@ -21,10 +21,10 @@ use std::f32::consts::FRAC_1_PI;
 /// a 96th of [`Footing::radius`] wide: less than those of the maps.
 const SIZES: [u32; 2] = [128, 256];
 
-/// How far the floor reaches, in [`Footing::radius`].
+/// Distance from its middle to which the floor reaches, in [`Footing::radius`].
 const REACH: f64 = 2.0;
 
-/// The part of the reach in which all of it is there.
+/// Part of the reach within which the floor does not fade.
 const WHOLE: f32 = 0.5;
 
 /// Texels are the finer the closer they lie to the middle: a place u = x (1 + c) / (|x| + c) along each axis, with x and u from
@@ -48,14 +48,14 @@ pub struct GroundLight {
     texels: Vec<u32>,
 }
 
-/// What a picture is made of.
+/// Inputs that a picture is made of; it is found anew when they change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Known {
     footing: Footing,
     /// Number of the maps.
     maps: u64,
     planes: usize,
-    /// How many times lights were others.
+    /// Number of times that the lights had changed.
     lights: u64,
 }
 
@@ -97,7 +97,7 @@ impl GroundLight {
         });
     }
 
-    /// Where the floor lies, if there is one.
+    /// Place of the floor, if there is one.
     pub fn footing(&self) -> Option<&Footing> {
         self.known.as_ref().map(|known| &known.footing)
     }
@@ -107,18 +107,19 @@ impl GroundLight {
         if self.known.is_some() { &self.texels } else { &[] }
     }
 
-    /// What finding it counts as, in units of shading.
+    /// Work of finding the light, in units of shading.
     pub fn units(asked: &Visibility) -> u64 {
         let size = size_of_picture(asked) as u64;
         TEXEL * u64::from(asked.maps) * size * size
     }
 
-    /// How far the floor reaches from its middle.
+    /// Distance from its middle to which the floor reaches.
     pub fn reach(footing: &Footing) -> f64 {
         footing.radius * REACH
     }
 
-    /// How much of the floor is there at the square of a distance from its middle, 1 being its reach.
+    /// Fade of the floor by the square of a distance from its middle, 1 being its reach: 1 where it is whole, 0 where
+    /// it is gone.
     #[inline(always)]
     pub fn fade<L: Lanes>(_: L, square: L::F) -> L::F {
         let t = (square.sqrt().one_minus() * (1.0 / (1.0 - WHOLE))).saturate();
@@ -164,20 +165,20 @@ struct Lamp {
     spread: f32,
 }
 
-/// What the floor is shaded by.
+/// Light and occluders that the floor is shaded by.
 struct Shadows<'a> {
     occlusion: &'a LightOcclusion<'a>,
     lamps: Vec<Lamp>,
     /// All light.
     sum: [f32; 3],
-    /// Of the floor, in world space.
+    /// Middle of the floor, in world space.
     center: [f32; 3],
     reach: f32,
-    /// Of the model.
+    /// Height and radius of the model.
     height: f32,
     radius: f32,
     luminance_alone: bool,
-    /// Of the environment, over pi.
+    /// Irradiance of the environment, over pi.
     irradiance: [f32; 3],
     /// The other lights.
     lights: Option<&'a LightMemory>,

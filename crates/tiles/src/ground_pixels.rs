@@ -26,17 +26,17 @@ pub struct GroundView<'a> {
     rays: ViewRays,
     /// Linear colour of a matt floor; `None` of a shadow.
     color: Option<[f32; 3]>,
-    /// Where it fades towards the edges of the picture.
+    /// Border of the picture, towards which it fades.
     edge: Option<Edge>,
-    /// What it sends back of the model.
+    /// Mirrored picture of the model, if it reflects one.
     mirror: Option<Mirror<'a>>,
-    /// What finding its light counts as, in units of shading.
+    /// Work of finding its light, in units of shading.
     pub units: u64,
     /// Shadows are compiled in.
     _built: Shadows,
 }
 
-/// How much of the floor is there near the border of the picture.
+/// Fade of the floor near the border of the picture.
 ///
 /// The border is that of a rounded rectangle, (x^4 + y^4)^(1/4) = 1 in halves of the picture's width and height: a straight
 /// one shows as a line, however softly the floor fades.
@@ -64,7 +64,7 @@ impl Edge {
     }
 }
 
-/// What is seen of the floor in sixteen pixels: premultiplied colour and opacity.
+/// Appearance of the floor in sixteen pixels: premultiplied colour and opacity.
 struct Seen<L: Lanes> {
     color: [L::F; 3],
     opacity: L::F,
@@ -104,12 +104,12 @@ impl<'a> GroundView<'a> {
         Some(Self { light, rays, color, edge, mirror, units, _built })
     }
 
-    /// What a tile of so many pixels counts as.
+    /// Work of a tile of so many pixels, in units of shading.
     pub fn units_of_tile([width, height]: [u32; 2]) -> u64 {
         PIXEL * u64::from(width) * u64::from(height)
     }
 
-    /// What is seen of the floor in sixteen neighbouring pixels of a row; `None` if nothing is in any.
+    /// Appearance of the floor in sixteen neighbouring pixels of a row; `None` if it is seen in none of them.
     #[inline(always)]
     fn seen<L: Lanes>(&self, l: L, origin: TileOrigin, block: usize, row: usize) -> Option<Seen<L>> {
         const HALF: i32 = SUBPIXELS / 2;

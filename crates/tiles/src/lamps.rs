@@ -20,20 +20,21 @@ pub struct LightMemory {
     pub punctual: Vec<PunctualLight>,
     /// Rectangles and tubes.
     pub areas: Vec<AreaLight>,
-    /// Where those without extent shine.
+    /// Reach on the picture of the lights without extent.
     pub reach: Reach,
     shadows: LampShadows,
-    /// How many times they were others, or other things were in their way.
+    /// Number of times that the lights or their occluders have changed.
     changes: u64,
 }
 
-/// What is in the way of lights.
+/// Shadows of lights.
 #[derive(Debug, Default)]
 struct LampShadows {
     /// Without the sizes of their maps.
     sources: Vec<LampSource>,
     parts: Vec<LampPart>,
-    /// Of the blockers that the maps were made of, and of the maps.
+    /// Version of the occluders that the maps were made of, and the size of the environment's maps, which theirs
+    /// follow.
     made_of: (u64, usize),
     maps: LampMaps,
     /// Surfaces are shaded with them.
@@ -109,12 +110,12 @@ impl LightMemory {
         Ok(())
     }
 
-    /// What is in the way of lights, if surfaces are shaded with it.
+    /// Occlusion of lights, if surfaces are shaded with it.
     pub fn shadows(&self) -> Option<LampOcclusion<'_>> {
         self.shadows_of_ground().filter(|_| self.shadows.is_on)
     }
 
-    /// How many times lights were others, or other things were in their way, until now.
+    /// Number of times that the lights or their occluders have changed until now.
     pub fn changes(&self) -> u64 {
         self.changes
     }
@@ -142,7 +143,7 @@ fn parts_of_lamp(map_size: usize) -> usize {
     (map_size / PART).pow(2).clamp(1, MOST_PARTS)
 }
 
-/// What throws shadows: all lights without extent, then the parts of those with one.
+/// Sources of shadows: all lights without extent, then the parts of those with one.
 fn sources(lights: &[Light], areas: &[AreaLight], count: usize) -> (Vec<LampSource>, Vec<LampPart>) {
     let mut sources: Vec<LampSource> = lights.iter().filter_map(|light| source(&light.kind)).collect();
     let mut parts = Vec::new();

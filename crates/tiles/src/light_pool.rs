@@ -32,7 +32,7 @@ pub(super) type Shares = [f32; TracedLobe::COUNT];
 /// Square of the sine of the angle by which a neighbour may lie above or below the plane of a surface.
 pub(super) const PLANE: f32 = 0.1;
 
-/// From this alpha on reflections are taken together, and over how much of it it becomes all.
+/// Alpha from which on reflections are taken together, and the span of alpha over which that becomes complete.
 const NARROW: [f32; 2] = [0.02, 0.06];
 
 /// Square of the length of the difference of unit normals from which on diffuse light is another one.
@@ -41,7 +41,7 @@ pub(super) const TURNED: f32 = 0.3;
 /// The same for reflections, in units of the square of their alpha; and the share of alpha by which they may be rougher.
 const LOBE: [f32; 2] = [0.5, 0.3];
 
-/// How a surface receives light, as far as neighbours have to be alike.
+/// Surface that receives light, in the respects in which neighbours have to be alike to share it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Receiver {
     pub(super) material: u32,

@@ -1,4 +1,4 @@
-//! What a floor mirrors: the model as a camera below the floor sees it, upside down.
+//! Mirror image in a floor: the model as a camera below the floor sees it, upside down.
 //!
 //! A picture of its own, by all stages that the first has, so that lamps, shadows, blended and transmissive surfaces, points and
 //! splats are mirrored as they are seen, with as many samples. (Rays from the floor would bring opaque surfaces alone.)
@@ -18,7 +18,7 @@ use xxhash_rust::xxh3::Xxh3;
 /// The mirrored picture, and memory for the next.
 #[derive(Debug, Default)]
 pub struct MirrorMemory {
-    /// Where it was drawn into; all that is kept are its linear pixels.
+    /// Planes of the mirrored picture; all that is kept are its linear pixels.
     pub planes: Planes,
     /// Light on the floor of the mirrored picture.
     pub light: GroundLight,
@@ -27,16 +27,16 @@ pub struct MirrorMemory {
     size: [u32; 2],
 }
 
-/// What is mirrored in the pixels of a picture.
+/// Mirrored light in the pixels of a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirror<'a> {
     pixels: &'a [[f32; 4]],
     size: [u32; 2],
-    /// How much of it the floor sends back.
+    /// Share of it that the floor reflects, 0 to 1.
     strength: f32,
 }
 
-/// What is asked of the mirrored picture.
+/// Options of the mirrored picture.
 pub fn options_of_mirror(options: &RenderOptions) -> RenderOptions {
     RenderOptions {
         ground: crate::ground::Ground::None,
@@ -73,7 +73,7 @@ impl MirrorMemory {
         self.planes.transmittance = frame.transmittance;
     }
 
-    /// What is mirrored that strongly.
+    /// Mirrored picture at a share of the light that the floor reflects, 0 to 1.
     pub fn of(&self, strength: f32) -> Mirror<'_> {
         Mirror { pixels: &self.planes.linear, size: self.size, strength }
     }

@@ -1,5 +1,5 @@
-//! What blocks light in a scene, whatever the camera: depth maps from the directions of its environment, and what rays are
-//! traced through. Kept for as long as neither changes: the frames of a turntable share them.
+//! Occluders of a scene, whatever the camera: depth maps from the directions of its environment, and the triangles that
+//! rays are traced through. Kept for as long as neither changes: the frames of a turntable share them.
 
 use super::options::RenderOptions;
 use super::quality::{Quality, Visibility};
@@ -21,7 +21,7 @@ const BYTES_PER_TRIANGLE: u64 = 200;
 /// Maps that are remembered to pass a limit.
 const MOST_REFUSED: usize = 8;
 
-/// What was found of the last scene.
+/// Occlusion of the last scene.
 #[derive(Debug, Default)]
 pub struct OcclusionMemory {
     lights: Vec<DistantLight>,
@@ -33,17 +33,18 @@ pub struct OcclusionMemory {
     emitters: Emitters,
     /// Surfaces are shaded with it.
     is_on: bool,
-    /// How many times maps were made.
+    /// Number of times that maps were made.
     made: u64,
-    /// How many times other things blocked light.
+    /// Number of times that the occluders changed.
     moved: u64,
     /// Directions and sizes of maps of these blockers that pass a limit: the next frame need not find out again.
     refused: Vec<(Vec<DistantLight>, u32, LimitExceeded)>,
-    /// Whose blockers these are, and within which limits: of the same scene they need not be listed again.
+    /// Scene that these occluders belong to, and the limits that they were listed within: of the same scene they need
+    /// not be listed again.
     of_scene: Option<(Revision, Limits)>,
 }
 
-/// What rays are traced through.
+/// Triangles that rays are traced through.
 #[derive(Debug, Default)]
 struct TracedScene {
     /// Corners of all triangles, in world space.
@@ -150,23 +151,24 @@ impl OcclusionMemory {
         }
     }
 
-    /// What the maps know; `None` if nothing blocks light.
+    /// Occlusion by depth maps; `None` if nothing blocks light.
     pub fn maps(&self) -> Option<LightOcclusion<'_>> {
         self.maps_of_ground().map(|(maps, _)| maps).filter(|_| self.is_on)
     }
 
-    /// What the maps know, whether surfaces are shaded with it or not, and how many times maps were made until then.
+    /// Occlusion by depth maps, whether surfaces are shaded with it or not, and the number of times that maps were made
+    /// until then.
     pub fn maps_of_ground(&self) -> Option<(LightOcclusion<'_>, u64)> {
         let built = Shadows::BUILT?;
         Some((LightOcclusion { lights: &self.lights, maps: &self.maps, built }, self.made))
     }
 
-    /// What blocks light, if it was asked for, and its number among all that did.
+    /// Occluders, if they were asked for, and their number among all that there were.
     pub fn blockers(&self, options: &RenderOptions) -> Option<(&Blockers, u64)> {
         asked_for(options).is_on().then_some((&self.blockers, self.moved))
     }
 
-    /// What rays find; `None` without rays.
+    /// Scene that rays are traced in; `None` without rays.
     pub fn traced(&self) -> Option<TracedLight<'_>> {
         let occlusion = self.maps()?;
         let TracedScene { corners, draws, hierarchy, epsilon } = &self.traced;
@@ -182,7 +184,7 @@ impl OcclusionMemory {
     }
 }
 
-/// What is to be known for a picture: a floor has maps of its own where surfaces have none.
+/// Visibility that a picture needs: a floor has maps of its own where surfaces have none.
 pub fn asked_for(options: &RenderOptions) -> Visibility {
     match options.visibility {
         asked if asked.is_on() || !options.ground.is_seen() => asked,
@@ -282,8 +284,8 @@ mod tests {
     use overcoat_core::jobs::Jobs;
     use overcoat_scene::primitives;
 
-    /// What the limit counts holds the corners, the boxes that they are sorted by, and the hierarchy, whatever the triangles
-    /// are like.
+    /// The limit counts enough for the corners, the boxes that they are sorted by, and the hierarchy, whatever the
+    /// triangles are like.
     #[test]
     fn triangles_take_no_more_than_is_counted() {
         let mut state = 1_u32;

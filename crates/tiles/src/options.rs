@@ -47,15 +47,15 @@ pub struct RenderOptions {
     /// Formulas that shade every surface; `None` leaves them to the materials, and to the default where a material
     /// names none.
     pub shading: Option<ShadingModel>,
-    /// What is seen where no surface is.
+    /// Background where no surface is seen.
     pub background: Background,
     /// Largest number of texture probes along a stretched footprint: 1 (trilinear) to 16.
     pub anisotropy: u32,
-    /// Whether roughness grows where normals vary within a pixel, so that highlights narrower than a pixel do not flicker:
-    /// as Filament has it in its models, as Tokuyoshi and Kaplanyan (2019) in others, and by what normal maps have lost in
-    /// their mip levels (Toksvig 2005). Models of three.js always have their own way.
+    /// True if roughness grows where normals vary within a pixel, so that highlights narrower than a pixel do not
+    /// flicker: as Filament has it in its models, as Tokuyoshi and Kaplanyan (2019) in others, and by what normal maps
+    /// have lost in their mip levels (Toksvig 2005). Models of three.js always have their own way.
     pub specular_antialiasing: bool,
-    /// How reflections of area lights are integrated. [`ShadingModel::GltfSampled`] always goes by facets.
+    /// Method by which reflections of area lights are integrated. [`ShadingModel::GltfSampled`] always goes by facets.
     pub area_lights: AreaLightMethod,
     /// Neighbouring triangles smaller than two pixels, of one object and without differing vertex colours, are shaded as
     /// one in each pixel where their normals differ by less than this many degrees, 0 to 45. Meshes with more triangles
@@ -67,12 +67,12 @@ pub struct RenderOptions {
     /// Diameter of points in pixels, 0.1 to 64, facing the viewer. Default: discs along the surface that they are points of,
     /// as large as their distances ask for; points far apart have 3 pixels.
     pub point_size: Option<f32>,
-    /// What blocks the light of the environment.
+    /// Occlusion of the environment's light.
     pub visibility: Visibility,
-    /// What is seen of a floor under the model.
+    /// Floor under the model.
     pub ground: Ground,
-    /// The box in world space that the floor lies under, and whose size says how far it reaches: of pictures that follow each
-    /// other, one that holds all of them. `None`: the box around the scene.
+    /// Box in world space that the floor lies under, and whose size sets the extent of the floor: of pictures that
+    /// follow each other, one that holds all of them. `None`: the box around the scene.
     pub ground_under: Option<Bounds>,
     /// Part of the way from the picture's border to its middle over which the floor appears, 0 to 1, so that no shadow is cut:
     /// it is gone at the border of a rounded rectangle that touches that of the picture. 0: it is cut.
@@ -82,7 +82,7 @@ pub struct RenderOptions {
     pub ground_reflection: f32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
-    /// Asks for `RenderStats::stage_hashes`, which take longer than the picture.
+    /// Computes `RenderStats::stage_hashes`, which take longer than the picture.
     pub stage_hashes: bool,
     /// Bounds on the work.
     pub limits: Limits,
@@ -390,7 +390,7 @@ impl RenderError {
     }
 }
 
-/// Why there is no picture.
+/// Error that keeps a picture from being rendered.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
@@ -401,14 +401,14 @@ pub enum RenderError {
         option: &'static str,
         /// Its value.
         value: String,
-        /// What it may be.
+        /// Values that it may have.
         allowed: &'static str,
     },
-    /// What is asked for, or what the scene holds, needs a feature of this package that the program was built without.
+    /// The options or the scene need a feature of this package that the program was built without.
     #[error("{part}: {LEFT_OUT}")]
     #[non_exhaustive]
     BuiltWithout {
-        /// What it needs.
+        /// Part of the options or of the scene that needs it.
         part: &'static str,
         /// The feature.
         feature: &'static str,

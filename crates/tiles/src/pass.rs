@@ -1,4 +1,4 @@
-//! What a run over all tiles is told: what never changes in a frame, and what kind of run it is.
+//! Parameters of a run over all tiles: those that never change in a frame, and the kind of run.
 
 use super::draws::DrawState;
 use super::ground_pixels::GroundView;
@@ -15,7 +15,7 @@ use overcoat_stages::raster::{Disc, SamplePattern, TileOrigin};
 use overcoat_stages::shade::{Effects, ShadeContext, ShadingCost};
 use overcoat_stages::tile::{Run, TileBins, TileGrid};
 
-/// What all tiles of a frame share, in every pass.
+/// State that all tiles of a frame share, in every pass.
 pub struct FrameContext<'a> {
     /// Tiles of the picture.
     pub grid: TileGrid,
@@ -33,9 +33,9 @@ pub struct FrameContext<'a> {
     pub splats: SplatScene<'a>,
     /// Scene and lights as shading reads them.
     pub shade: ShadeContext<'a>,
-    /// What fragments of each material take.
+    /// Shading cost of each material.
     pub costs: &'a [ShadingCost],
-    /// Where the lights shine.
+    /// Reach of the lights on the picture.
     pub reach: &'a Reach,
     /// The environment is the background.
     pub show_environment: bool,
@@ -45,13 +45,13 @@ pub struct FrameContext<'a> {
     pub tints: bool,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
     pub merge: Option<f32>,
-    /// Where the samples of a pixel are shaded in groups, of each material: none at one shading a pixel.
+    /// Rule of each material for where the samples of a pixel are shaded in groups: none at one shading a pixel.
     pub finer: &'a [Finer],
     /// Columns and rows of the tiles that are drawn, and the ends; others may be, where something refracts what is in them.
     pub drawn: [u32; 4],
 }
 
-/// Which surfaces a pass draws, and over what.
+/// Kind of a pass: the surfaces that it draws, and what it draws them over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassKind {
     /// Opaque surfaces alone: the picture that refracting ones show of what is behind them.
@@ -78,10 +78,10 @@ impl PassKind {
     }
 }
 
-/// What a pass is for.
+/// Purpose of a pass.
 #[derive(Clone, Copy)]
 pub enum Purpose<'a> {
-    /// Linear pixels, and what is wanted beside them.
+    /// Linear pixels, and the outputs beside them.
     Draw(Wanted<'a>),
     /// Work is counted and not done, and there will be no picture: to find out which limit is passed first.
     Count,
@@ -91,12 +91,12 @@ pub enum Purpose<'a> {
     Trace,
 }
 
-/// What is wanted of a pass beside linear pixels.
+/// Outputs of a pass beside linear pixels.
 #[derive(Clone, Copy, Default)]
 pub struct Wanted<'a> {
-    /// How the screen's pixels are made, if they are wanted.
+    /// Tone mapping to the screen's pixels, if they are wanted.
     pub developer: Option<Developer>,
-    /// How those of a target are made, if there is one.
+    /// Writer of a target's pixels, if there is one.
     pub target: Option<TargetWriter>,
     /// White and black pixels of the screen are counted.
     pub clipping: bool,
@@ -124,7 +124,7 @@ pub struct Pass<'a> {
 }
 
 impl<'a> Pass<'a> {
-    /// Whether nothing is drawn.
+    /// True if nothing is drawn.
     #[inline(always)]
     pub fn only_counts(&self) -> bool {
         matches!(self.purpose, Purpose::Count | Purpose::Feedback | Purpose::Trace)
@@ -136,13 +136,13 @@ impl<'a> Pass<'a> {
         matches!(self.purpose, Purpose::Trace)
     }
 
-    /// Whether fragments ask for the textures that they read, and that is all.
+    /// True if fragments ask for the textures that they read, and that is all.
     #[inline(always)]
     pub fn gives_feedback(&self) -> bool {
         matches!(self.purpose, Purpose::Feedback)
     }
 
-    /// What is wanted beside linear pixels.
+    /// Outputs beside linear pixels.
     pub fn wanted(&self) -> Wanted<'a> {
         match self.purpose {
             Purpose::Draw(wanted) => wanted,
@@ -150,7 +150,7 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// How the screen's pixels are made, if they are wanted.
+    /// Tone mapping to the screen's pixels, if they are wanted.
     #[inline(always)]
     pub fn developer(&self) -> Option<&Developer> {
         match &self.purpose {
@@ -159,7 +159,7 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// How the pixels of a target are made, if there is one.
+    /// Writer of a target's pixels, if there is one.
     #[inline(always)]
     pub fn target(&self) -> Option<&TargetWriter> {
         match &self.purpose {
@@ -168,7 +168,7 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// Whether a tile is drawn.
+    /// True if a tile is drawn.
     #[inline(always)]
     pub fn draws(&self, tile: usize) -> bool {
         let FrameContext { grid, drawn: [left, top, right, bottom], .. } = self.frame;
@@ -177,13 +177,13 @@ impl<'a> Pass<'a> {
             || ((*left..*right).contains(&column) && (*top..*bottom).contains(&row))
     }
 
-    /// Whether white and black pixels of the screen are counted.
+    /// True if white and black pixels of the screen are counted.
     #[inline(always)]
     pub fn counts_clipping(&self) -> bool {
         matches!(&self.purpose, Purpose::Draw(Wanted { clipping: true, .. }))
     }
 
-    /// How a draw covers what is behind it; `None` if the pass leaves it out.
+    /// Alpha mode by which a draw covers what is behind it; `None` if the pass leaves it out.
     #[inline(always)]
     pub fn alpha_mode(&self, state: &DrawState) -> Option<AlphaMode> {
         match if state.transmissive { AlphaMode::Blend } else { state.alpha_mode } {
@@ -206,8 +206,8 @@ impl<'a> Pass<'a> {
         Tile { corner, size, origin, runs, splats, transmissive }
     }
 
-    /// Whether the pixels of a tile are what they have to become, because the pass before has drawn all there is in it, and
-    /// no more than pixels is wanted.
+    /// True if the pixels of a tile are final already, because the pass before has drawn all there is in it, and no
+    /// more than pixels is wanted.
     pub fn keeps(&self, tile: &Tile<'_>) -> bool {
         let blends = || tile.runs.iter().any(|run| self.frame.state(run).alpha_mode == AlphaMode::Blend);
         let wanted = match &self.purpose {

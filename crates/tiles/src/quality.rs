@@ -1,8 +1,8 @@
-//! How much work a picture is worth.
+//! Levels of quality: the work that a picture is worth.
 
 use overcoat_core::built::Shadows;
 
-/// What is known of the light that other surfaces block and send back.
+/// Settings for the light that other surfaces block and send back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct Visibility {
@@ -130,7 +130,7 @@ impl Quality {
         }
     }
 
-    /// What it knows of blocked light.
+    /// Precision of occlusion at this level.
     #[must_use]
     pub const fn visibility(self) -> Visibility {
         match self {

@@ -1,4 +1,4 @@
-//! Where on the picture lights with a range shine.
+//! Reach of lights with a range on the picture.
 //!
 //! A light with a range adds exactly nothing at and beyond that distance. Its reach on the picture is a rectangle of cells of
 //! 16 x 16 pixels around the projected sphere: tiles leave out the lights whose rectangles they lie outside of, and the
@@ -19,9 +19,9 @@ type Cells = [u32; 4];
 pub struct Reach {
     /// The cells of each light; `None` if it shines everywhere.
     lights: Vec<Option<Cells>>,
-    /// How many shine everywhere.
+    /// Number of lights that shine everywhere.
     everywhere: u64,
-    /// How many others shine on each cell; empty if there are none.
+    /// Number of the other lights that shine on each cell; empty if there are none.
     cells: Vec<u32>,
     columns: u32,
 }
@@ -53,19 +53,19 @@ impl Reach {
         }
     }
 
-    /// Whether every light shines everywhere.
+    /// True if every light shines everywhere.
     #[inline(always)]
     pub fn is_uniform(&self) -> bool {
         self.cells.is_empty()
     }
 
-    /// How many lights shine on all pixels.
+    /// Number of lights that shine on all pixels.
     #[inline(always)]
     pub fn everywhere(&self) -> u64 {
         self.everywhere
     }
 
-    /// How many lights shine on a pixel.
+    /// Number of lights that shine on a pixel.
     #[inline(always)]
     pub fn count(&self, x: u32, y: u32) -> u64 {
         if self.cells.is_empty() {

@@ -17,7 +17,7 @@ pub struct TilePixels {
     pub linear: Vec<[f32; 4]>,
     /// As many as pixels where something may tint what is behind the picture, none otherwise.
     pub transmittance: Vec<[f32; 3]>,
-    /// Of tiles with transmissive surfaces over a floor: pixels that have it behind them.
+    /// Pixels that have the floor behind them, in tiles with transmissive surfaces over one.
     pub has_ground: Vec<bool>,
 }
 
@@ -41,23 +41,23 @@ impl TilePixels {
         reserve_like(&mut self.has_ground, &other.has_ground);
     }
 
-    /// Where a fragment's pixel is.
+    /// Index of a fragment's pixel.
     #[inline(always)]
     pub fn index(&self, fragment: &Fragment) -> usize {
         fragment.row() as usize * self.width + fragment.column() as usize
     }
 }
 
-/// What a transmissive fragment lets through.
+/// Transmission of a transmissive fragment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transmitted {
     /// Part of each colour that comes from behind the picture, beside what `keep` lets through of it.
     pub open: [f32; 3],
-    /// What colour and transmittance of what is behind are multiplied by.
+    /// Factors of the colour and the transmittance of what is behind.
     pub keep: [f32; 3],
 }
 
-/// What is behind all surfaces, in one pixel.
+/// Light from behind all surfaces, in one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distant {
     /// Premultiplied.
@@ -70,9 +70,9 @@ impl Distant {
     pub const NOTHING: Self = Self { color: [0.0; 3], open: 1.0 };
 }
 
-/// What lies behind blended fragments in tiles with transmissive surfaces; both lists are empty in others.
+/// Light behind blended fragments in tiles with transmissive surfaces; both lists are empty in others.
 pub struct Behind<'a> {
-    /// What each fragment lets through; `None` for blended ones.
+    /// Transmission of each fragment; `None` for blended ones.
     pub kept: &'a [Option<Transmitted>],
     /// The environment and the floor behind each pixel of the tile, if one of them shows.
     pub distant: &'a [Distant],

@@ -13,7 +13,7 @@ pub struct ShadingOrder {
     pub indices: Vec<u32>,
     /// The materials of `indices`: each with the end of its stretch.
     pub stretches: Vec<(u32, usize)>,
-    /// Where runs of fragments of one triangle begin in the list, and where the last one ends.
+    /// Starts of the runs of fragments of one triangle in the list, and the end of the last run.
     runs: Vec<u32>,
     /// For each run, the next one of the same triangle.
     next: Vec<u32>,

@@ -1,4 +1,4 @@
-//! Which surfaces are shaded more than once a pixel.
+//! Choice of the surfaces that are shaded more than once a pixel.
 //!
 //! Asked for a rate above one, a picture has it where one shading a pixel shows: highlights that are sharper than what normals
 //! turn within a pixel, colours that shrink, alpha masks and normal maps under a shine. The rest,
@@ -13,14 +13,14 @@ use overcoat_scene::{AlphaMode, Filter, Material, Mesh, MipFilter, Texture, Text
 use overcoat_stages::gbuffer::{Draw, SourceTriangle, TriangleSource};
 use overcoat_stages::raster::SUBPIXELS;
 
-/// When triangles of one material are shaded more than once a pixel.
+/// Condition under which triangles of one material are shaded more than once a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finer {
     /// Never.
     Never,
     /// Always.
     Always,
-    /// Where one of these is passed.
+    /// Only above one of these thresholds.
     Where {
         /// Change of the unit normal from pixel to pixel, its length squared.
         turn: f32,
@@ -43,7 +43,7 @@ const MATT: f32 = 0.6;
 const SHRUNK: f32 = 4.0;
 
 impl Finer {
-    /// Of a material of the scene.
+    /// Rule of a material of the scene.
     fn of(material: &Material, textures: &[Texture]) -> Self {
         let unfiltered = |texture: &Texture| {
             let sampler = texture.sampler();
@@ -66,7 +66,7 @@ impl Finer {
         if material.unlit && colors.is_none() { Self::Never } else { Self::Where { turn, colors } }
     }
 
-    /// Those of all materials of a scene, in their order, in place of what was there: none at a rate of one.
+    /// Lists the rules of all materials of a scene, in their order, in place of what was there: none at a rate of one.
     pub fn list(materials: &[Material], textures: &[Texture], options: &RenderOptions, out: &mut Vec<Self>) {
         out.clear();
         if options.shading_rate > 1 {
@@ -96,7 +96,7 @@ fn area(place: &TextureRef, textures: &[Texture]) -> f32 {
     (texture.width() as f32 * texture.height() as f32) * (a * d - b * c).abs()
 }
 
-/// Whether the fragments of a triangle or point are shaded more than once a pixel. The rate is above one.
+/// True if the fragments of a triangle or point are shaded more than once a pixel. The rate is above one.
 #[inline(never)]
 pub fn is_finer(frame: &FrameContext<'_>, triangles: &TileTriangles<'_>, identity: u32) -> bool {
     let (chunk, index) = triangles.identities[identity as usize];
@@ -128,7 +128,7 @@ struct OnScreen<'a> {
 }
 
 impl OnScreen<'_> {
-    /// How far the unit normal moves from pixel to pixel, along the axis along which it is more: length squared.
+    /// Change of the unit normal from pixel to pixel, along the axis along which it is more: length squared.
     fn turn(&self) -> f32 {
         let normals = self.attribute(Mesh::shading_normals).map(|v| {
             let square = dot(v, v);

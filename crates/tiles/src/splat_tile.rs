@@ -16,7 +16,7 @@ use overcoat_stages::gbuffer::Fragment;
 use overcoat_stages::raster::{BLOCK, VisibilityBuffer};
 use overcoat_stages::splat::{LEAST_TRANSMITTANCE, SplatPixel, SplatTile, visit_row};
 
-/// How many splats before its turn one is asked for.
+/// Number of splats by which prefetching runs ahead.
 const SPLATS_AHEAD: usize = 8;
 
 /// Pixels in a row of blocks of the largest tile.
@@ -45,7 +45,7 @@ pub struct SplatScratch {
     /// Opaque fragments: pixel and index.
     behind: Vec<(u16, u32)>,
     layers: Vec<SplatLayer>,
-    /// What passes through the splats of each pixel of a row of blocks.
+    /// Transmittance of the splats in each pixel of a row of blocks.
     open: Vec<f32>,
 }
 

@@ -18,7 +18,7 @@ const CHUNK_BITS: u32 = SPLATS_PER_CHUNK.trailing_zeros();
 /// Neighbours in the order of distance that are given to tiles in one go: so many that a list of tiles weighs little.
 const SPLATS_PER_BIN: usize = 1 << 14;
 
-/// What is kept from one picture to the next.
+/// Memory that is kept from one picture to the next.
 #[derive(Debug, Default)]
 pub struct SplatMemory {
     chunks: Vec<SplatChunk>,
@@ -34,7 +34,7 @@ pub struct SplatMemory {
 struct SplatChunk {
     instance: usize,
     range: Range<usize>,
-    /// Those that are seen.
+    /// Splats that are seen.
     splats: Vec<ScreenSplat>,
 }
 
@@ -166,12 +166,12 @@ fn clouds(scene: &Scene) -> impl Iterator<Item = &SplatCloud> {
     scene.splat_instances().iter().map(|instance| &scene.splats()[instance.cloud.index()])
 }
 
-/// Whether splats are sorted by their distance from the camera: one order for all clouds.
+/// True if splats are sorted by their distance from the camera: one order for all clouds.
 fn by_distance(scene: &Scene, view: &View) -> bool {
     view.perspective && clouds(scene).all(|cloud| cloud.order() == SplatOrder::Distance)
 }
 
-/// Whether splats are blended as linear light: one way for all clouds.
+/// True if splats are blended as linear light: one way for all clouds.
 fn is_linear(scene: &Scene) -> bool {
     clouds(scene).all(|cloud| cloud.color_space() == SplatColorSpace::Linear)
 }
@@ -194,7 +194,7 @@ impl<'a> SplatScene<'a> {
         memory.order.iter().map(|&item| splat_of(&memory.chunks, item as u32))
     }
 
-    /// Those of a tile, the nearest first, in parts.
+    /// Runs of a tile's splats, the nearest first.
     pub fn runs(&self, tile: usize) -> &'a [Run] {
         if !Splats::IS_BUILT || self.memory.order.is_empty() { &[] } else { self.memory.tiles.runs(tile) }
     }
@@ -210,7 +210,7 @@ impl<'a> SplatScene<'a> {
         splat_of(&self.memory.chunks, number)
     }
 
-    /// Asks the processor for a splat. Changes no result.
+    /// Prefetches a splat. Changes no result.
     #[inline(always)]
     pub fn prefetch(&self, number: u32) {
         let splats = &self.memory.chunks[number as usize >> CHUNK_BITS].splats;

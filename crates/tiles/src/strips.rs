@@ -6,7 +6,7 @@ use overcoat_core::reuse::{emptied, reserve_like};
 use overcoat_stages::tile::TileGrid;
 use std::sync::Mutex;
 
-/// Where tiles write their pixels: planes of the whole picture, each empty where it is not wanted.
+/// Planes of the whole picture that tiles write their pixels to, each empty where it is not wanted.
 #[derive(Debug, Default)]
 pub struct Planes {
     /// Linear light, premultiplied.
@@ -60,11 +60,11 @@ fn plane<T: Copy>(kept: &mut Vec<T>, count: usize, zero: T) -> (Vec<T>, bool) {
 pub struct TileRows<'a> {
     /// One slice of the frame's pixels for each row, or none.
     pub linear: Vec<&'a mut [[f32; 4]]>,
-    /// As many of the frame's transmittance, or none.
+    /// One slice of the frame's transmittance for each row, or none.
     pub transmittance: Vec<&'a mut [[f32; 3]]>,
-    /// As many of the screen's pixels, or none.
+    /// One slice of the screen's pixels for each row, or none.
     pub display: Vec<&'a mut [[u8; 4]]>,
-    /// Those of its rows that a target holds, and of these no more than it holds; or none.
+    /// Rows of a target, as far as it holds those of the tile, and of these no more than it holds; or none.
     pub target: Vec<&'a mut [u8]>,
     /// Columns and rows of the tile before what the target holds.
     pub before_target: [usize; 2],
@@ -118,7 +118,7 @@ struct Strip<'a> {
     target_pieces: Vec<&'a mut [u8]>,
 }
 
-/// What one row of tiles has of one plane.
+/// Share of one plane that belongs to one row of tiles.
 #[derive(Debug)]
 struct Part<'a, T> {
     /// Not cut yet.
@@ -193,7 +193,8 @@ impl<'a> Strips<'a> {
 }
 
 impl<'a> Strip<'a> {
-    /// Moves what a target holds of the rows of a tile to `rows`. Returns how many columns and rows of the tile lie before that.
+    /// Moves the part of a tile's rows that a target holds to `rows`. Returns the number of columns and rows of the
+    /// tile before that.
     fn take_target(
         &mut self,
         grid: &TileGrid,

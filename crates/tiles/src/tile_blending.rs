@@ -13,7 +13,7 @@ use overcoat_stages::gbuffer::{Fragment, push_masked_fragments};
 /// more, parts are drawn one after the other.
 const MAX_KEPT: usize = 1 << 18;
 
-/// What lanes without a fragment are counted as, where a blended triangle covers a block in part: fragments.
+/// Number of fragments that lanes without one count as, where a blended triangle covers a block in part.
 const PARTIAL_BLOCK: u64 = 4;
 
 /// A part of a tile that is to be blended.
@@ -31,7 +31,7 @@ impl TilePart {
         Self { pixels: [0, 0, width, height], triangles: [0, triangles] }
     }
 
-    /// Whether something may be blended in it.
+    /// True if something may be blended in it.
     pub fn blends(&self) -> bool {
         self.triangles[0] < self.triangles[1]
     }
@@ -42,7 +42,7 @@ impl TilePart {
         halves(self.pixels).map(|pixels| Self { pixels, triangles })
     }
 
-    /// Whether it has more than one pixel.
+    /// True if it has more than one pixel.
     fn is_divisible(&self) -> bool {
         let [left, top, right, bottom] = self.pixels;
         right - left > 1 || bottom - top > 1

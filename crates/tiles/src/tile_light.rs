@@ -19,10 +19,11 @@ use overcoat_stages::shade::{
     store_surface,
 };
 
-/// So many hits are shaded at once: enough that most of sixteen have one material, and no more memory than a tile takes.
+/// Number of hits that are shaded at once: enough that most of sixteen have one material, and no more memory than a
+/// tile takes.
 const HITS_AT_ONCE: usize = 1 << 13;
 
-/// What is found of a tile, in memory that is kept.
+/// Traced light of a tile, in memory that is kept.
 #[derive(Debug, Default)]
 pub struct TileLight {
     /// The fragments as they were before they were split, in the order of the list.
@@ -33,7 +34,8 @@ pub struct TileLight {
     rows: Vec<Kept>,
     /// Findings of the first of each group and its neighbours.
     pooled: Vec<Found>,
-    /// Those that are found, in the order in which they are, and the materials of them: each with the end of its stretch.
+    /// Fragments whose light is found, in the order in which it is, and the materials of them: each with the end of its
+    /// stretch.
     order: Vec<u32>,
     stretches: Vec<(u32, usize)>,
     groups: Groups,

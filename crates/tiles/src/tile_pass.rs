@@ -21,7 +21,7 @@ use overcoat_stages::gbuffer::Fragment;
 use overcoat_stages::light::PunctualLight;
 use overcoat_stages::shade::ShadeContext;
 
-/// What the stages of one thread hand to each other, kept from tile to tile and from frame to frame.
+/// Memory that the stages of one thread hand to each other, kept from tile to tile and from frame to frame.
 #[derive(Debug, Default)]
 pub struct TileScratch {
     /// Empty between tiles.
@@ -31,7 +31,7 @@ pub struct TileScratch {
     stages: TileStages,
 }
 
-/// What each stage fills for those after it.
+/// Output of each stage for those after it.
 #[derive(Debug, Default)]
 struct TileStages {
     visibility_buffer: TileVisibilityBuffer,
@@ -105,7 +105,7 @@ pub struct TileCost {
     pub covered: u64,
 }
 
-/// What a tile adds to the picture beside its pixels.
+/// Results of a tile beside its pixels.
 #[derive(Debug, Default)]
 pub struct TileJob {
     /// Something in it tints what is behind the picture.
@@ -114,7 +114,7 @@ pub struct TileJob {
     pub clipping: Clipping,
     /// Planes of the G-buffer that were asked for.
     pub aovs: TileAovs,
-    /// What the tile took; before it is drawn again, what it took then.
+    /// Cost of the tile; before it is drawn again, that of the last time.
     pub cost: TileCost,
     /// Hashes of the fragments, if they were asked for.
     pub hashes: Option<FragmentHashes>,
@@ -122,7 +122,7 @@ pub struct TileJob {
     pub traced: TracedTile,
 }
 
-/// What the parts of a tile have in common.
+/// State that the parts of a tile have in common.
 struct TileParts<'a> {
     tile: &'a Tile<'a>,
     /// With the lights that reach the tile.

@@ -22,7 +22,7 @@ use overcoat_stages::shade::{
     store_face, store_lit, store_surface, store_transmission,
 };
 
-/// What the fragments of a tile, or of a part of it, are shaded by.
+/// Input for shading the fragments of a tile, or of a part of it.
 pub struct ShadingInput<'a> {
     pub tile: &'a Tile<'a>,
     /// With the lights that reach the tile.
@@ -39,7 +39,7 @@ pub struct ShadingInput<'a> {
     pub whole: Option<u16>,
 }
 
-/// What shading makes of a fragment.
+/// Shading result of a fragment.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShadedFragment {
     /// Radiance, not multiplied by opacity, but for transmissive surfaces.
@@ -50,12 +50,12 @@ pub struct ShadedFragment {
     pub depth: f32,
 }
 
-/// What shading makes of the fragments of a tile, in the order of the fragments.
+/// Shading results of the fragments of a tile, in the order of the fragments.
 #[derive(Debug, Default)]
 pub struct Shaded {
     /// Each; those that are their pixel are not here but in the pixels.
     pub fragments: Vec<ShadedFragment>,
-    /// What each lets through, where the tile has transmissive ones; else none.
+    /// Transmission of each, where the tile has transmissive ones; else none.
     pub transmitted: Vec<Option<Transmitted>>,
 }
 
@@ -97,7 +97,7 @@ impl ShadingScratch {
     }
 }
 
-/// What batches of one material have in common.
+/// State that batches of one material have in common.
 struct OneMaterial<'a> {
     /// Its place in the scene.
     number: u32,
@@ -244,7 +244,7 @@ pub fn shade_fragments<L: Lanes>(
     true
 }
 
-/// Asks for the textures that the fragments of the input read.
+/// Requests the textures that the fragments of the input read.
 #[inline(never)]
 fn give_feedback<L: Lanes>(
     l: L,
@@ -372,9 +372,9 @@ fn add_hashes(
     }
 }
 
-/// What shading the opaque fragments takes, unless they are shaded already: blended ones are counted where they are listed.
-/// Sixteen lanes cost as much with fewer fragments, so where a cell has several
-/// materials, each but the first counts as a batch more: as many as there can be, whatever tiles the cells lie in.
+/// Cost of shading the opaque fragments, unless they are shaded already: blended ones are counted where they are
+/// listed. Sixteen lanes cost as much with fewer fragments, so where a cell has several materials, each but the first
+/// counts as a batch more: as many as there can be, whatever tiles the cells lie in.
 fn opaque_shading(frame: &FrameContext<'_>, input: &ShadingInput<'_>, order: &ShadingOrder) -> u64 {
     if input.start >= input.opaque {
         return 0;

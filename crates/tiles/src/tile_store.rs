@@ -34,7 +34,8 @@ pub fn keep<L: Lanes>(l: L, pass: &Pass<'_>, rows: &mut TileRows<'_>, job: &mut 
     }
 }
 
-/// Writes the pixels of a tile to where they are wanted. Returns how many are white or black, if they are counted.
+/// Writes the pixels of a tile to the planes that are wanted. Returns the number of white and black pixels, if they are
+/// counted.
 #[inline(always)]
 pub fn store<L: Lanes>(l: L, pass: &Pass<'_>, pixels: &TilePixels, rows: &mut TileRows<'_>) -> Clipping {
     let mut clipping = Clipping::default();

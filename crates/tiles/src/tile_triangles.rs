@@ -17,7 +17,7 @@ pub struct TileTriangles<'a> {
 }
 
 impl TileTriangles<'_> {
-    /// Asks the processor for the triangle of an identity. Changes no result.
+    /// Prefetches the triangle of an identity. Changes no result.
     #[inline(always)]
     pub fn prefetch(&self, identity: u32) {
         let (chunk, index) = self.identities[identity as usize];

@@ -15,23 +15,23 @@ use overcoat_stages::shade::alpha_passes;
 use overcoat_stages::tile::Run;
 use prefetch_index::prefetch_index;
 
-/// How many triangles before its turn one is asked for: in a dense mesh those of a tile are not in the cache.
+/// Number of triangles by which prefetching runs ahead: in a dense mesh those of a tile are not in the cache.
 const TRIANGLES_AHEAD: usize = 8;
 
-/// What the samples of a tile see, and which triangles are yet to be blended.
+/// Visibility of the samples of a tile, and the triangles that are yet to be blended.
 #[derive(Debug, Default)]
 pub struct TileVisibilityBuffer {
     /// Depth and identity of every sample.
     pub samples: VisibilityBuffer,
     /// Chunk of each identity, and which of its triangles or points.
     pub identities: Vec<(u32, u32)>,
-    /// Of the points, those that are seen.
+    /// Discs of the points that are seen.
     pub discs: Discs,
     /// Identities of blended and transmissive triangles: of the tile, and after them of its parts.
     pub blended: Vec<u32>,
     /// Fragments before they are split.
     whole: Vec<Fragment>,
-    /// How many triangles are small.
+    /// Number of small triangles.
     small: u64,
 }
 
@@ -128,7 +128,7 @@ pub fn list_fragments<L: Lanes>(
     }
 }
 
-/// Asks the processor for the first triangles of a run. Changes no result.
+/// Prefetches the first triangles of a run. Changes no result.
 #[inline(always)]
 fn prefetch_run(chunk: &Chunk, run: &Run) {
     for &first in chunk.bins.triangles(run).iter().take(TRIANGLES_AHEAD) {
@@ -231,7 +231,7 @@ fn draw_points<L: Lanes>(
     )
 }
 
-/// Whether a point passes its mask: attributes are the same all over it.
+/// True if a point passes its mask: attributes are the same all over it.
 #[inline(never)]
 fn passes_mask<L: Lanes>(
     l: L,

@@ -25,7 +25,7 @@ impl<'a> TimedPool<'a> {
         Self { jobs, foreign, last: Moment::now(), parallel: Duration::ZERO }
     }
 
-    /// How long it is since the last stage ended.
+    /// Time since the last stage ended; begins the next.
     pub fn lap(&mut self) -> Duration {
         let now = Moment::now();
         let time = now.since(self.last);
@@ -33,7 +33,7 @@ impl<'a> TimedPool<'a> {
         time
     }
 
-    /// How long the loops took so far.
+    /// Time that the loops took so far.
     pub fn parallel(&self) -> Duration {
         self.parallel
     }

@@ -1,4 +1,4 @@
-//! What each stage hands to the next, as hashes: the first that differs between two machines names the stage to look
+//! Hashes of what each stage hands to the next: the first that differs between two machines names the stage to look
 //! into.
 //!
 //! A stage's hash is the sum, modulo 2^128, of the hashes of its items (a triangle, a fragment's samples, a fragment's
@@ -33,15 +33,15 @@ pub struct StageHashes {
     pub lamp_maps: u128,
     /// Triangles that rays can hit, and in which order they are listed for that; 0 without rays.
     pub hierarchy: u128,
-    /// What light reaches the floor, from above; 0 without a floor.
+    /// Light that reaches the floor, from above; 0 without a floor.
     pub ground: u128,
     /// Vertices on the screen, triangles that are clipped, culled and set up, and splats in their order.
     pub geometry: u128,
-    /// Which sample sees which triangle.
+    /// Visibility: the triangle that each sample sees.
     pub raster: u128,
     /// Surfaces of the fragments, every plane of the G-buffer that their models read.
     pub gbuffer: u128,
-    /// What light reaches the fragments past other surfaces, and what those send; 0 without maps.
+    /// Occlusion of the fragments by other surfaces, and the light that those send; 0 without maps.
     pub visibility: u128,
     /// Radiance and opacity of the fragments.
     pub shading: u128,
@@ -76,7 +76,7 @@ impl StageHashes {
     }
 }
 
-/// Where a fragment belongs, in terms that no tile decides: column and row in the picture, chunk, triangle in the chunk.
+/// Key of a fragment, in terms that no tile decides: column and row in the picture, chunk, triangle in the chunk.
 pub type FragmentKey = [u32; 4];
 
 /// Sums over the fragments of one tile, or of all.
@@ -262,7 +262,7 @@ pub fn geometry<'a>(
     hasher.digest128()
 }
 
-/// Hashes of what there is before the tiles are drawn.
+/// Hashes of the stages before the tiles are drawn.
 pub fn before_tiles(of: &Scene, filtered: &PrefilteredEnvironment, geometry: u128) -> StageHashes {
     StageHashes { scene: scene(of), environment: environment(filtered), geometry, ..StageHashes::default() }
 }

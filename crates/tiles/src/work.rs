@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// Pixels that [`Limits::shading`] counts at least, so that small pictures may take as long as one of 512 x 512.
 const FEWEST_PIXELS: u64 = 1 << 18;
 
-/// What is counted.
+/// Kinds of work that are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spent {
     /// Blocks of 4 x 4 pixels that triangles are drawn into.
@@ -29,17 +29,17 @@ pub enum Spent {
 
 const KINDS: [Spent; 4] = [Spent::Blocks, Spent::Blended, Spent::Fragments, Spent::Shading];
 
-/// The sums of one frame so far, by all threads, and how much is allowed.
+/// Sums of one frame so far, by all threads, and their limits.
 #[derive(Debug)]
 pub struct Work<'a> {
     sums: [AtomicU64; 4],
-    /// What each sum may reach.
+    /// Limit of each sum.
     most: [u64; 4],
     /// [`Limits::shading`], a pixel.
     shading: u64,
     /// A sum has passed its limit.
     stopped: AtomicBool,
-    /// Who else may stop it.
+    /// Further reason to stop: the caller's cancellation.
     cancellation: Option<&'a Cancellation>,
 }
 
@@ -93,12 +93,12 @@ impl<'a> Work<'a> {
         self.stopped.load(Ordering::Relaxed)
     }
 
-    /// How much was counted.
+    /// Amount of work counted so far.
     pub fn sum(&self, what: Spent) -> u64 {
         self.sums[what as usize].load(Ordering::Relaxed)
     }
 
-    /// How much is allowed.
+    /// Amount of work that is allowed.
     pub fn most(&self, what: Spent) -> u64 {
         self.most[what as usize]
     }

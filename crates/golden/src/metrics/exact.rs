@@ -2,8 +2,8 @@
 
 use overcoat_image::decode::{DecodedPicture, ExrPlane, ExrSamples};
 
-/// How the stored numbers of two pictures of the same size differ. All channels count: alpha, colours below alpha 0,
-/// and further channels of OpenEXR.
+/// Difference between the stored numbers of two pictures of the same size. All channels count: alpha, colours below
+/// alpha 0, and further channels of OpenEXR.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExactDifference {
     /// Pixels with a channel that differs.

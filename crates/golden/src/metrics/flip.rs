@@ -41,7 +41,7 @@ pub fn flip(expected: &LinearImage, actual: &LinearImage, pixels_per_degree: f32
     dispatch_available!(SimdLevel::best(), l => map(l, &filters, [expected, actual], Exposed::AsItIs))
 }
 
-/// What happens to colours before they are compared.
+/// Exposure of colours before they are compared.
 #[derive(Clone, Copy)]
 pub(super) enum Exposed {
     AsItIs,
@@ -312,7 +312,7 @@ fn hyab<F: Float>(a: [F; 3], b: [F; 3]) -> F {
     (a[0] - b[0]).abs() + (da * da + db * db).sqrt()
 }
 
-/// What colour differences are measured by: the largest there is, between green and blue.
+/// Scale of colour differences, from the largest there is, between green and blue.
 struct ColourScale {
     bend: f32,
     slope_below: f32,

@@ -1,4 +1,4 @@
-//! How different two pictures are, in numbers.
+//! Measures of the difference between two pictures.
 //!
 //! | measure | equal | what it sees |
 //! |---|---|---|
@@ -24,13 +24,13 @@ use exact::ExactDifference;
 use overcoat_core::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb, srgb_to_linear};
 use overcoat_image::decode::DecodedPicture;
 
-/// What the measures need to know beside the pictures.
+/// Settings of the measures.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MetricSettings {
     /// Pixels in one degree of the observer's field of view, for FLIP; greater than 0, at most 1000.
     pub pixels_per_degree: f32,
-    /// What is behind translucent pixels, sRGB.
+    /// Colour behind translucent pixels, sRGB.
     pub background: [u8; 3],
     /// Exposures in stops between which HDR-FLIP looks; from the expected picture where `None`.
     pub start_exposure: Option<f32>,
@@ -194,7 +194,7 @@ fn decode(encoded: f32) -> f32 {
     }
 }
 
-/// What is looked at in place of numbers that are none: NaN is black, infinity the largest half float.
+/// Finite stand-ins for numbers that are not finite: black for NaN, the largest half float of its sign for infinity.
 fn finite(v: f32) -> f32 {
     const MOST: f32 = 65504.0;
     if v.is_nan() {

@@ -16,7 +16,7 @@ const SCRIPT: &str = include_str!("page.js");
 pub struct ReportEntry {
     name: String,
     verdict: &'static str,
-    /// What it is called in style sheets: one word.
+    /// Class of the verdict in style sheets: one word.
     class: String,
     good: bool,
     reasons: Vec<String>,

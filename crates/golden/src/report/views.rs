@@ -14,12 +14,12 @@ const BINS: usize = 48;
 /// Side of the block that is enlarged, in pixels.
 const BLOCK: usize = 32;
 
-/// What the page needs of one pair.
+/// Data that the page shows of one pair.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Views {
     width: u32,
     height: u32,
-    /// How samples are stored, and what is done to show them.
+    /// Sample kind of the files, and what is done to show it.
     kind: String,
     /// Width and height of the actual picture, where they are not those of the expected one.
     actual_size: Option<[u32; 2]>,

@@ -1,9 +1,9 @@
-//! Why a picture file is not read.
+//! Errors of reading picture files.
 
 use overcoat_core::files::ReadError;
 use overcoat_core::limits::LimitExceeded;
 
-/// Why a picture file is not read. The message does not name the file.
+/// Error of reading a picture file. The message does not name the file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DecodeError {
@@ -18,7 +18,7 @@ pub enum DecodeError {
     Malformed {
         /// Name of the format.
         format: &'static str,
-        /// What is wrong with it.
+        /// Description of the damage.
         message: String,
     },
     /// It has something that is not read.

@@ -11,11 +11,11 @@ use std::fmt;
 /// Bytes of a pixel of a frame.
 const PIXEL: u64 = 8;
 
-/// What moves in a picture.
+/// Animation of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Motion {
-    /// How often it plays; 0 stands for ever.
+    /// Number of times that it plays; 0 stands for ever.
     pub plays: u32,
     /// Frames as they are shown, all of the size of the picture.
     pub frames: Vec<MotionFrame>,
@@ -25,7 +25,8 @@ pub struct Motion {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MotionFrame {
-    /// How long it is shown; `None` for the picture beside an animation that programs without animations show.
+    /// Duration for which it is shown; `None` for the picture beside an animation that programs without animations
+    /// show.
     pub time: Option<FrameTime>,
     /// RGBA codes row by row from the top, straight alpha.
     pub codes: Vec<[u16; 4]>,
@@ -161,7 +162,7 @@ pub(super) fn read_apng(bytes: &[u8], limits: &Limits) -> Result<Option<DecodedP
     Ok(Some(picture(size, kind, Motion { plays: control.num_plays, frames })))
 }
 
-/// What a moving picture shows so far.
+/// Canvas of a moving picture: the pixels that it shows so far.
 struct Canvas {
     width: usize,
     pixels: Vec<[u16; 4]>,

@@ -71,7 +71,7 @@ pub(super) fn check_compression(header: &Header) -> Result<(), DecodeError> {
     }
 }
 
-/// What makes the pixels of a layer differ between machines: the decoder of DWA (exr 1.74) has a transform for each
+/// Warning for layers whose pixels differ between machines: the decoder of DWA (exr 1.74) has a transform for each
 /// instruction set, "not bit-identical to each other", and a table by the platform's `powf`.
 fn differs_between_machines(header: &Header) -> Option<String> {
     matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)).then(|| {
@@ -198,9 +198,9 @@ fn check_layer(header: &Header, file_bytes: usize, limits: &Limits) -> Result<()
     Ok(())
 }
 
-/// What reading and unpacking the largest chunk takes for a while. The decoder (exr 1.74) believes its claimed size up to
-/// that of a whole block, which a flat layer fills a 256th of; then there are its samples, twice, and with DWA three blocks
-/// of 64 floats for every 8 x 8 pixels, however few of them there are.
+/// Temporary memory for reading and unpacking the largest chunk, in bytes. The decoder (exr 1.74) believes its claimed
+/// size up to that of a whole block, which a flat layer fills a 256th of; then there are its samples, twice, and with
+/// DWA three blocks of 64 floats for every 8 x 8 pixels, however few of them there are.
 fn bytes_of_a_chunk(header: &Header) -> u64 {
     let (block, layer) = (header.max_block_pixel_size(), header.layer_size);
     let bytes_per_pixel = header.channels.bytes_per_pixel as u64;

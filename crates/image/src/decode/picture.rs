@@ -45,7 +45,7 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
         .map(|(_, e)| e)
 }
 
-/// How the samples of a picture are stored.
+/// Format of the samples of a picture, as stored in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SampleKind {
@@ -99,7 +99,7 @@ pub struct DecodedPicture {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// How samples are stored.
+    /// Format of the stored samples.
     pub kind: SampleKind,
     /// RGBA row by row from the top, of moving pictures those of the first frame, 0 to [`SampleKind::white`] (colours of linear pictures have no upper end).
     /// Straight alpha in PNG, WebP and GIF, premultiplied in OpenEXR, always 1 in Radiance files.
@@ -239,7 +239,7 @@ fn decode_gif(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeErr
     }
 }
 
-/// How often a GIF plays, by the extension that says so: 0 for ever, once where it is not there.
+/// Number of times that a GIF plays, by the extension that says so: 0 for ever, once where it is not there.
 #[cfg(feature = "more-textures")]
 fn gif_plays(bytes: &[u8]) -> u32 {
     const EXTENSION: &[u8; 13] = b"NETSCAPE2.0\x03\x01";
@@ -302,7 +302,7 @@ fn from_planes(width: u32, height: u32, mut planes: Vec<ExrPlane>) -> DecodedPic
     DecodedPicture { planes, ..DecodedPicture::still([width, height], kind, pixels) }
 }
 
-/// Which planes are red, green, blue and alpha: those of the first layer that has colours, of the unnamed layer
+/// Indices of the red, green, blue and alpha planes: those of the first layer that has colours, of the unnamed layer
 /// before others; else its luminance; else the first plane of all.
 fn colour_planes(planes: &[ExrPlane]) -> [Option<usize>; 4] {
     let parts = |plane: &'_ ExrPlane| -> (String, String) {

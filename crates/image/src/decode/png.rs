@@ -7,7 +7,7 @@ use std::io::Cursor;
 /// Name of the format in messages.
 const FORMAT: &str = "PNG";
 
-/// What a PNG decoder may allocate for its own purposes beside the pixels: profiles and texts.
+/// Bytes that a PNG decoder may allocate for its own purposes beside the pixels: profiles and texts.
 const PNG_OVERHEAD: u64 = 1 << 24;
 
 /// Bytes that a pixel takes: in the decoder's buffer and in what is made of it.

@@ -142,7 +142,7 @@ fn new_runs<'a>(mut bytes: &'a [u8], scanline: &mut [[u8; 4]]) -> Option<&'a [u8
 /// Texels one after the other, where (1, 1, 1, n) repeats the last one n times; directly repeated, the counts are
 /// digits of base 256, lowest first.
 fn old_runs<'a>(mut bytes: &'a [u8], scanline: &mut [[u8; 4]]) -> Option<&'a [u8]> {
-    /// What the digits of a count stand for. More than three would be more texels than a line has.
+    /// Place values of the digits of a count. More than three would be more texels than a line has.
     const DIGITS: [usize; 3] = [1, 1 << 8, 1 << 16];
     let mut texels = scanline;
     let mut last = None;

@@ -111,7 +111,7 @@ fn component(plane: &AovPlane, c: usize) -> Vec<f32> {
     plane.data.iter().skip(c).step_by(plane.aov.channels()).copied().collect()
 }
 
-/// What comes after the dot, in the order of the plane's numbers.
+/// Channel names after the dot, in the order of the plane's numbers.
 fn channel_names(aov: Aov) -> &'static [&'static str] {
     match aov {
         Aov::Depth => &["Z"],

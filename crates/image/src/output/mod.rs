@@ -117,7 +117,7 @@ pub enum ExrPrecision {
     Float,
 }
 
-/// How a frame becomes a file.
+/// Options for writing a frame to a file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct OutputOptions {
@@ -156,7 +156,7 @@ impl OutputOptions {
     }
 }
 
-/// Why there is no file.
+/// Error of writing a file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
@@ -171,7 +171,7 @@ pub enum OutputError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The picture does not fit the format (or a plane does not belong to the frame).
@@ -179,7 +179,7 @@ pub enum OutputError {
     Encode {
         /// The format.
         format: OutputFormat,
-        /// What is wrong.
+        /// Reason, in a few words.
         reason: String,
     },
     /// The picture is none that a terminal could show.
@@ -187,7 +187,7 @@ pub enum OutputError {
     Terminal {
         /// The format.
         format: TerminalFormat,
-        /// What is wrong.
+        /// Reason, in a few words.
         reason: String,
     },
     /// The frames do not fit the format of moving pictures.
@@ -195,7 +195,7 @@ pub enum OutputError {
     Movie {
         /// The format.
         format: MovieFormat,
-        /// What is wrong.
+        /// Reason, in a few words.
         reason: String,
     },
 }

@@ -61,7 +61,7 @@ pub fn fill_or_write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputE
     })
 }
 
-/// Where writing to a path leads: through symbolic links, the last of which may lead to nothing.
+/// Destination of writing to a path: through symbolic links, the last of which may lead to nothing.
 ///
 /// # Errors
 /// What the system says if the links go round in circles.
@@ -436,7 +436,7 @@ mod tests {
         assert_eq!(names(folder.path()), ["a.png"]);
     }
 
-    /// Where files cannot be without a name.
+    /// Temporary names take the place of unnamed files where the system has none.
     #[test]
     fn temporary_names_are_used_by_many_writers_too() {
         let folder = tempfile::tempdir().unwrap();

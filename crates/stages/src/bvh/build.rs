@@ -75,7 +75,7 @@ enum Kind {
     Leaf(Range<usize>),
 }
 
-/// What is to be divided, and where its node goes.
+/// Range of triangles that is still to be split, and the node that it fills.
 struct Task {
     node: u32,
     range: Range<usize>,
@@ -186,7 +186,7 @@ fn divide(tree: &mut Vec<Binary>, items: &mut [Item], first: usize, task: Task, 
     }
 }
 
-/// Where a range is divided: bins below `end` along an axis go to the first half.
+/// Split plane of the binned build: triangles whose bin along `axis` is below `end` go to the first half.
 struct Plane {
     axis: usize,
     low: f32,
@@ -240,7 +240,7 @@ fn best_plane(items: &[Item]) -> Option<Plane> {
     best.map(|(_, plane)| plane)
 }
 
-/// The least cost of dividing bins, and how many of them are the first half; `None` if only one is not empty.
+/// Least cost of a split between bins, and the number of bins in its first half; `None` if only one is not empty.
 fn least_cost(bins: &[(Bounds, usize); BINS]) -> Option<(f32, usize)> {
     // A leaf costs as much with one triangle as with sixteen.
     let cost = |bounds: &Bounds, count: usize| bounds.area() * count.div_ceil(LANES) as f32;
@@ -268,8 +268,8 @@ fn least_cost(bins: &[(Bounds, usize); BINS]) -> Option<(f32, usize)> {
     best
 }
 
-/// Puts the items that belong to the first half before the others; how many there are. The order of neither half matters, but
-/// it is the same every time.
+/// Moves the items of the first half before the others and returns their number. The order within the halves does not
+/// matter, but it is the same every time.
 fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
     let mut count = 0;
     for k in 0..items.len() {

@@ -7,9 +7,9 @@ use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
 /// A ray, or a part of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where distances are measured from.
+    /// Origin, from which distances are measured.
     pub origin: [f32; 3],
-    /// Where to; of any length but zero. Distances are in this length.
+    /// Direction, of any length but zero: its length is the unit of distances.
     pub direction: [f32; 3],
     /// Distance before which nothing is hit.
     pub near: f32,
@@ -17,7 +17,7 @@ pub struct Ray {
     pub far: f32,
 }
 
-/// Where a ray meets a triangle.
+/// Intersection of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// In lengths of the ray's direction.
@@ -31,14 +31,14 @@ pub struct Hit {
 /// Memory of one thread for the way through a hierarchy, kept from ray to ray.
 #[derive(Clone, Debug, Default)]
 pub struct Traversal {
-    /// What is yet to be visited, and the distance at which the ray comes to it.
+    /// Nodes and leaves that are still to be visited, each with the distance at which the ray enters it.
     todo: Vec<(f32, Child)>,
     /// Nodes and leaves that were visited since it was asked last.
     visited: u64,
 }
 
 impl Traversal {
-    /// How many nodes and leaves were visited since the last call: a measure of work that depends on nothing but rays and
+    /// Number of nodes and leaves visited since the last call: a measure of work that depends on nothing but rays and
     /// triangles.
     pub fn take_visited(&mut self) -> u64 {
         std::mem::take(&mut self.visited)
@@ -54,8 +54,8 @@ struct RayLanes<L: Lanes> {
     down: [bool; 3],
     /// The axis along which it goes furthest comes last.
     axes: [usize; 3],
-    /// What is taken away from the first two coordinates for each unit of the third, and the inverse of the direction's third:
-    /// so sheared and scaled, the ray is the third axis.
+    /// Shear of the first two coordinates for each unit of the third, and the inverse of the direction's third
+    /// coordinate: sheared and scaled by these, the ray is the third axis.
     shear: [L::F; 3],
 }
 
@@ -152,7 +152,7 @@ impl Hierarchy {
         nearest
     }
 
-    /// Whether a ray hits any triangle that `accept` does not refuse.
+    /// True if a ray hits any triangle that `accept` does not refuse.
     #[inline(always)]
     pub fn is_blocked<L: Lanes>(
         &self,

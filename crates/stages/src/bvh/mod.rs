@@ -32,7 +32,7 @@ pub struct Hierarchy {
 struct Node {
     /// x, y and z of the lower corners; infinite where there is no child.
     low: [[f32; LANES]; 3],
-    /// Of the upper corners; minus infinity where there is no child.
+    /// x, y and z of the upper corners; minus infinity where there is no child.
     high: [[f32; LANES]; 3],
     children: [Child; LANES],
 }

@@ -27,13 +27,13 @@ pub struct Draw<'a> {
     pub tangent_matrix: [[f32; 3]; 3],
     /// -1 where the transform mirrors, else 1: the sign of bitangents.
     pub handedness: f32,
-    /// By how much the transform scales lengths.
+    /// Factor by which the transform scales lengths.
     pub scale: f32,
-    /// Whether the material reads textures by each set of texture coordinates.
+    /// For each set of texture coordinates: true if the material reads textures by it.
     pub uv_sets: [bool; 2],
 }
 
-/// What a tile's identities stand for.
+/// Lookup of triangles by a tile's identities.
 pub trait TriangleSource {
     /// The triangle of an identity.
     fn triangle(&self, identity: u32) -> SourceTriangle<'_>;
@@ -321,7 +321,7 @@ impl VertexLanes {
         if self.one_draw { &self.draws[..1] } else { &self.draws }
     }
 
-    /// Asks the processor for the attributes of the vertices: in a dense mesh they are not in the cache, and they come while
+    /// Prefetches the attributes of the vertices: in a dense mesh they are not in the cache, and they arrive while
     /// something else is done. Changes no result.
     pub fn prefetch(&self, draws: &[Draw<'_>]) {
         let mut remaining = self.starts;
@@ -453,7 +453,7 @@ impl VertexLanes {
     }
 }
 
-/// Asks for one element of an attribute, if the mesh has it.
+/// Prefetches one element of an attribute, if the mesh has it.
 #[inline(always)]
 fn prefetch<T>(attribute: &[T], vertex: u32) {
     if (vertex as usize) < attribute.len() {

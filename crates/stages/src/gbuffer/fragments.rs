@@ -1,4 +1,4 @@
-//! Which surfaces each pixel of a tile sees.
+//! Visible surfaces of each pixel of a tile.
 
 use super::merge::Merger;
 use super::{Draw, TriangleSource};
@@ -133,7 +133,8 @@ fn inside(columns: u32, rows: u32) -> u16 {
     (if rows < BLOCK as u32 { all & ((1 << (rows * BLOCK as u32)) - 1) } else { all }) as u16
 }
 
-/// The triangles of the sixteen pixels of a block in the order of their lowest sample. Returns how many rounds it takes.
+/// Lists the triangles of the sixteen pixels of a block in the order of their lowest sample. Returns the number of
+/// rounds that it takes.
 #[inline(always)]
 fn list_rounds<L: Lanes>(l: L, seen: &[[i32; LANES]], full: u16, rounds: &mut [Round; MAX_ROUNDS]) -> usize {
     let zero = l.splat_i(0);

@@ -6,7 +6,7 @@ use crate::raster::{SUBPIXEL_BITS, SUBPIXELS, SampleSums};
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Int, Lanes};
 
-/// Where on its triangle each fragment of a batch lies.
+/// Position of each fragment of a batch on its triangle.
 #[derive(Clone, Copy)]
 pub struct Location<L: Lanes> {
     /// Weights of vertices 1 and 2, perspective-correct, 0 to 1.

@@ -118,13 +118,13 @@ planes! {
     IRIDESCENCE_THICKNESS "iridescence-thickness" 1 p::IRIDESCENCE_THICKNESS.range();
     /// Thickness of the coat in units of length.
     COAT_THICKNESS "coat-thickness" 1 p::COAT_THICKNESS.range();
-    /// What the coat lets through at normal incidence, linear.
+    /// Transmittance of the coat at normal incidence, linear.
     COAT_COLOR "coat-color" 3 p::COAT_COLOR.range();
     /// Perceptual roughness of lobe B.
     SECOND_ROUGHNESS "second-roughness" 1 p::SECOND_ROUGHNESS.range();
     /// Share of lobe B.
     LOBE_MIX "lobe-mix" 1 p::LOBE_MIX.range();
-    /// How hazy the base is.
+    /// Haziness of the base.
     HAZINESS "haziness" 1 p::HAZINESS.range();
     /// Subsurface mask.
     SUBSURFACE "subsurface" 1 p::SUBSURFACE.range();
@@ -158,13 +158,14 @@ planes! {
     SCATTERED_COLOR "scattered-color" 3 Range::new(0.0, 65504.0);
     /// Thickness of the volume behind the surface in metres.
     VOLUME_THICKNESS "volume-thickness" 1 Range::new(0.0, f32::MAX);
-    /// Whether the surface is there at all: its opacity, or 0 and 1 by its mask.
+    /// Coverage of the surface: its opacity, or 0 or 1 by its alpha mask.
     PRESENCE "presence" 1 Range::UNIT;
     /// Unit normal of the triangle, on the side that is seen.
     FACE_NORMAL "face-normal" 3 VECTOR;
-    /// The place on the triangle, which rounding puts less far above or below it than the position on the view's ray.
+    /// Point on the flat triangle: rounding puts it less far above or below the triangle than the position on the
+    /// view's ray.
     FACE_POSITION "face-position" 3 ANY;
-    /// The place on the surface that is bent through the triangle's corners: where lamps shine on.
+    /// Point on the smooth surface through the triangle's corners, at which the light of lamps is evaluated.
     LIT_POSITION "lit-position" 3 ANY;
     /// Unit normal there.
     LIT_NORMAL "lit-normal" 3 VECTOR;

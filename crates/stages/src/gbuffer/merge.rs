@@ -25,7 +25,7 @@ pub(super) struct Merger<'a, S> {
     draws: &'a [Draw<'a>],
     /// Least square of the cosine of normals.
     least_squared_cosine: f32,
-    /// Those of the last pixel's fragments.
+    /// Merge candidates among the last pixel's fragments.
     candidates: [Candidate; MOST],
 }
 

@@ -21,7 +21,7 @@ use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_scene::Texture;
 use texels::Corners;
 
-/// How many textures [`sample_together`] reads at most.
+/// Largest number of textures that [`sample_together`] reads at once.
 pub const MAX_TOGETHER: usize = 4;
 
 /// The change of texture coordinates from one pixel to the next.
@@ -77,7 +77,8 @@ pub fn sample_together<L: Lanes>(
     );
 }
 
-/// Asks textures that are read alike, and of which only some rows are there, for those that [`sample_together`] reads.
+/// Requests the rows that [`sample_together`] reads, for textures that are read alike and of which only some rows are
+/// resident.
 #[inline(never)]
 pub fn ask_together<L: Lanes>(
     l: L,
@@ -101,14 +102,14 @@ pub fn ask_together<L: Lanes>(
     );
 }
 
-/// Where sixteen fragments read textures that are read alike, found before they are read: until then, texels can come from
-/// memory.
+/// Lookup plan of sixteen fragments for textures that are read alike. It is made before they are read, so that texels
+/// can arrive from memory in the meantime.
 #[derive(Clone, Copy)]
 pub struct SamplePlan<L: Lanes> {
     uv: [L::F; 2],
     probes: Probes<L>,
     mips: Mips<L>,
-    /// What the middle of the footprint needs first: usually, all that it needs.
+    /// Texels that the middle of the footprint needs first: usually all that it needs.
     corners: [Corners<L>; TOGETHER],
 }
 
@@ -124,8 +125,8 @@ impl<L: Lanes> SamplePlan<L> {
         }
     }
 
-    /// How [`sample`] reads `texture`, and all that are read like it, in place of what was planned. The arguments are those
-    /// of that function.
+    /// Plans how [`sample`] reads `texture`, and all textures that are read like it, in place of the earlier plan. The
+    /// arguments are those of that function.
     ///
     /// Like [`SamplePlan::sample`] a function of its own for each instruction set, since it is large and called from many
     /// places.
@@ -153,7 +154,7 @@ impl<L: Lanes> SamplePlan<L> {
         );
     }
 
-    /// Asks textures of which only some rows are there for those that are read.
+    /// Requests the rows that are read, for textures of which only some are resident.
     #[inline(always)]
     pub fn ask(&self, textures: &[&Texture], active: L::M) {
         if textures.first().is_some_and(|texture| texture.bands().is_some()) {
@@ -162,7 +163,7 @@ impl<L: Lanes> SamplePlan<L> {
         }
     }
 
-    /// Where a probe lies: of one, in the middle.
+    /// Texture coordinates of probe `k`. A single probe lies in the middle of the footprint.
     #[inline(always)]
     fn probe(&self, l: L, k: u32) -> [L::F; 2] {
         let Self { uv, probes, .. } = self;
@@ -176,7 +177,7 @@ impl<L: Lanes> SamplePlan<L> {
         [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]]
     }
 
-    /// Asks the processor for texels. Changes no result.
+    /// Prefetches texels. Changes no result.
     #[inline(always)]
     pub fn prefetch(&self, textures: &[&Texture]) {
         for (corners, &part) in self.corners.iter().zip(self.mips.parts()) {

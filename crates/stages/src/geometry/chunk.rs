@@ -12,7 +12,7 @@ use std::ops::Range;
 /// Triangles of a chunk, whatever the number of threads.
 pub const TRIANGLES_PER_CHUNK: usize = 4096;
 
-/// What one chunk is made from.
+/// Input from which one chunk is made.
 #[derive(Clone, Copy, Debug)]
 pub struct ChunkJob<'a> {
     /// The mesh of the draw.
@@ -32,15 +32,15 @@ pub struct ChunkJob<'a> {
 /// The screen triangles of one chunk and the tiles that may see them.
 #[derive(Clone, Debug, Default)]
 pub struct Chunk {
-    /// Which draw the chunk belongs to.
+    /// Number of the draw that the chunk belongs to.
     pub draw: u32,
-    /// Which of the draw's triangles, lines or points it holds.
+    /// Range of the draw's triangles, lines or points that it holds.
     pub range: Range<usize>,
-    /// They are points: of these nothing is kept but what the tiles may see.
+    /// True for points, of which nothing is kept but what the tiles may see.
     pub points: bool,
-    /// How many points some tile may see, and how many (tile, point) pairs there are on the grid that is counted by.
+    /// Number of points that some tile may see.
     pub kept: u32,
-    /// See `kept`.
+    /// Number of (tile, point) pairs on the grid that work is counted by.
     pub point_pairs: u64,
     /// Screen triangles, in the order of the mesh.
     pub triangles: Vec<Triangle>,
@@ -50,7 +50,7 @@ pub struct Chunk {
     pub bins: ChunkBins,
 }
 
-/// What clipping left of a triangle: a triangle itself, some of whose vertices are not the mesh's.
+/// Piece that clipping left of a triangle: a triangle itself, some of whose vertices are not the mesh's.
 #[derive(Clone, Copy, Debug)]
 pub struct ClippedPiece {
     /// Its number among the triangles of the chunk.
@@ -75,7 +75,7 @@ impl Chunk {
         if self.triangles[number as usize].is_clipped() { self.find_piece(number) } else { None }
     }
 
-    /// How many (tile, triangle) pairs there are on a grid.
+    /// Number of (tile, triangle) pairs on a grid.
     #[must_use]
     pub fn pairs_on(&self, grid: &TileGrid) -> u64 {
         let mut bins = ChunkBins::default();
@@ -160,15 +160,15 @@ fn process_clipped(
     }
 }
 
-/// What is left of sixteen triangles.
+/// Result of culling sixteen triangles.
 struct Survivors {
-    /// Those that may be seen, by bits.
+    /// Bits of the triangles that may be seen.
     lanes: u16,
-    /// Those that have to be clipped first.
+    /// Bits of the triangles that have to be clipped first.
     outside: u16,
-    /// Those that are too large for the lanes: whether they can be seen is yet to be asked.
+    /// Bits of the triangles that are too large for the lanes and are yet to be tested one by one.
     large: u16,
-    /// What small ones cover, see [`Triangle::small_samples`].
+    /// Coverage of small triangles, see [`Triangle::small_samples`].
     small_samples: [[i32; LANES]; 4],
 }
 
@@ -295,7 +295,8 @@ mod tests {
     use crate::geometry::{ScreenVertices, View};
     use overcoat_scene::{Camera, MeshData, Projection, Transform};
 
-    /// What is kept of a triangle whose left corner, or upper one, is that many sub-pixels before the border.
+    /// Number of triangles that are kept, 0 or 1, of one whose left corner, or upper one, is `before` sub-pixels before
+    /// the border.
     fn kept(side: u32, before: i32, below: bool) -> usize {
         let (width, height) = (32, 43);
         let grid = TileGrid::new(width, height, side);

@@ -69,8 +69,8 @@ fn clip_to_plane(polygon: &Polygon, plane: &dyn Fn(&ClipVertex) -> f32) -> Polyg
     out
 }
 
-/// Where the edge between `a` and `b` meets the plane from which they have the distances `da` and `db` of opposite
-/// sign: the same bits for (a, b) and (b, a).
+/// Intersection of the edge between `a` and `b` with a plane from which they have the distances `da` and `db` of
+/// opposite sign: the same bits for (a, b) and (b, a).
 fn intersection(a: &PolygonVertex, da: f32, b: &PolygonVertex, db: f32) -> PolygonVertex {
     let key = |v: &PolygonVertex| [v.position.x, v.position.y, v.position.w].map(f32::to_bits);
     let (a, da, b, db) = if key(a) <= key(b) { (a, da, b, db) } else { (b, db, a, da) };

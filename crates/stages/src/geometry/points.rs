@@ -13,17 +13,17 @@ use crate::raster::{Disc, GUARD_BAND, Spread};
 use crate::tile::TileGrid;
 use overcoat_scene::{Mesh, Transform};
 
-/// Largest radius in pixels, if [`NEAREST`] allows it: how much work one point can be is bounded.
+/// Largest radius in pixels, if [`NEAREST`] allows it: it bounds the work that one point can be.
 const LARGEST: f32 = 128.0;
 
 /// Largest radius as a part of the distance: what is closer would lie around the viewer.
 const NEAREST: f32 = 0.25;
 
-/// By how much the rim of a disc lies behind its plane, as a part of the radius: as far as that of a ball no larger than
-/// it does. See [`Disc::sag`].
+/// Distance by which the rim of a disc lies behind its plane, as a part of the radius: as far as that of a ball no
+/// larger than it does. See [`Disc::sag`].
 const SAG: f32 = 0.5;
 
-/// How the points of one draw are seen.
+/// View of the points of one draw.
 #[derive(Clone, Copy, Debug)]
 pub struct PointView {
     view: DrawView,
@@ -31,7 +31,7 @@ pub struct PointView {
     normal: [[f32; 3]; 3],
     /// Pixels per unit of x / distance, or of x.
     focal: f32,
-    /// By how much the draw scales lengths.
+    /// Factor by which the draw scales lengths.
     scale: f32,
     /// Radius of all points in pixels, where it is given.
     radius: Option<f32>,
@@ -63,7 +63,7 @@ impl PointView {
         }
     }
 
-    /// What is seen of a point of the mesh: nothing before the near plane or far beside the picture.
+    /// Disc on the screen for a point of the mesh; `None` before the near plane and far beside the picture.
     #[must_use]
     pub fn disc(&self, mesh: &Mesh, point: usize) -> Option<Disc> {
         let vertex = mesh.point(point);

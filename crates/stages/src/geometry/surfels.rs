@@ -1,4 +1,4 @@
-//! What a cloud of points is drawn as: sizes that leave no holes, and normals, both from the points around each.
+//! Surfels of point clouds: sizes that leave no holes, and normals, both from the points around each.
 //!
 //! Points fall into the cells of a grid that holds about four in each cell that holds any. Around a point, the 27 cells
 //! about its own are looked at:
@@ -22,7 +22,7 @@
 use overcoat_core::jobs::Jobs;
 use overcoat_scene::{Mesh, Surfels};
 
-/// Which neighbour's distance is the radius.
+/// Rank of the neighbour whose distance is the radius.
 const NEIGHBOUR: usize = 6;
 
 /// Largest radius in terms of the median.
@@ -50,7 +50,7 @@ const MOST: usize = 96;
 /// Points of a cloud up to which each has a radius and a normal of its own.
 const EACH: usize = 1 << 18;
 
-/// How far such a normal looks, squared, in terms of the distance to the sixth neighbour.
+/// Squared reach of the neighbourhood of such a normal, in squares of the distance to the sixth neighbour.
 const REACH: f32 = 6.0;
 
 /// Points that one job looks around, and jobs whose results are kept at a time.
@@ -184,11 +184,11 @@ struct Cloud {
     grid: Grid,
     /// Cell and number of each.
     keys: Vec<u64>,
-    /// Where it is.
+    /// Position of each.
     positions: Vec<[f32; 3]>,
 }
 
-/// What was found of the points of a chunk.
+/// Surfels found for the points of a chunk.
 struct Found {
     /// NaN where there is no neighbour.
     radii: Vec<f32>,
@@ -289,7 +289,7 @@ impl Cloud {
 #[derive(Debug)]
 struct Neighbourhood {
     origin: [f32; 3],
-    /// Every how manieth is looked at, and how many are passed over before the next.
+    /// Step from one point that is looked at to the next, and the number of points to pass over before that.
     stride: usize,
     skip: usize,
     count: usize,

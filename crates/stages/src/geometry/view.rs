@@ -7,7 +7,7 @@ use overcoat_scene::{Camera, Projection, SceneError, Transform};
 pub struct View {
     /// Right, up and back of the camera in world space, of unit length.
     pub axes: [[f64; 3]; 3],
-    /// Where the camera is.
+    /// Position of the camera in world space.
     pub eye: [f64; 3],
     /// Pixels per unit of x / distance (perspective) or of x (orthographic).
     pub scale: f64,
@@ -94,7 +94,7 @@ pub struct DrawView {
     pub y: [f32; 4],
     /// Distance along the view direction.
     pub distance: [f32; 4],
-    /// Whether x and y are to be divided by the distance.
+    /// True if x and y are to be divided by the distance.
     pub perspective: bool,
     /// Distance before which nothing is drawn.
     pub near: f32,

@@ -8,7 +8,7 @@ use overcoat_scene::{Light, LightKind};
 pub struct AreaLight {
     /// Colour times luminance: candela per square metre, the renderer's unit of radiance.
     pub radiance: [f32; 3],
-    /// Where it is.
+    /// Shape and place in world space.
     pub shape: AreaShape,
 }
 

@@ -35,12 +35,12 @@ impl Levels {
     /// No level.
     pub const NONE: Self = Self(0);
 
-    /// One alone, of those that there are.
+    /// Set of one level alone.
     pub(crate) fn of(level: usize) -> Self {
         Self(1 << level.min(LEVELS - 1))
     }
 
-    /// Those that lookups for perceptual roughnesses from `least` to `most` read, both between 0 and 1: see
+    /// Levels that lookups for perceptual roughnesses from `least` to `most` read, both between 0 and 1: see
     /// `Chain::radiance`.
     pub const fn for_roughness(least: f32, most: f32) -> Self {
         const LAST: f32 = (LEVELS - 1) as f32;
@@ -53,17 +53,17 @@ impl Levels {
         Self(((2 << end) - 1) & !((1 << first) - 1) & Self::ALL.0)
     }
 
-    /// Those of both.
+    /// Levels of either set.
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Those that the other has not.
+    /// Levels of this set that are not in the other.
     pub(crate) fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// In ascending order.
+    /// Numbers of the levels in ascending order.
     pub(crate) fn iter(self) -> impl Iterator<Item = usize> {
         (0..LEVELS).filter(move |level| self.0 >> level & 1 == 1)
     }
@@ -86,7 +86,7 @@ pub(crate) struct Chain {
     pub(super) present: Levels,
     asked: Asked,
     texels: Vec<u32>,
-    /// Where each map starts in `texels`.
+    /// Index of each map's first texel in `texels`.
     starts: [i32; LANES],
     /// Samples along a side of each map. Both are as long as a vector, so that lanes can look up their own.
     sizes: [i32; LANES],

@@ -37,7 +37,7 @@ const SOURCE_ROUGHNESS: f32 = 0.15;
 /// The levels that are read there.
 pub const SHEEN: Levels = Levels::for_roughness(SOURCE_ROUGHNESS, SOURCE_ROUGHNESS);
 
-/// What cloth sees of an environment.
+/// Environment filtered with the sheen lobe, for cloth.
 #[derive(Clone, Debug)]
 pub(super) struct CharlieMaps {
     texels: Vec<u32>,
@@ -51,7 +51,7 @@ struct Light {
 }
 
 impl CharlieMaps {
-    /// Those of a filtered environment. Some 15 ms of one processor.
+    /// Filters a prefiltered environment further. Takes some 15 ms of one processor.
     #[inline(never)]
     pub(super) fn new<L: Lanes>(l: L, chain: &Chain) -> Self {
         let mut texels = vec![0; LEVELS * SIZE * SIZE];

@@ -11,7 +11,7 @@ use overcoat_core::math::lanes::{Float, LANES, Lanes, SimdLevel};
 pub struct LightDirections {
     /// Unit vectors towards the light.
     pub directions: Vec<[f32; 3]>,
-    /// What each stands for: radiance times solid angle, linear Rec. 709. The sum is the flux of the whole sphere.
+    /// Flux that each stands for: radiance times solid angle, linear Rec. 709. The sum is the flux of the whole sphere.
     pub fluxes: Vec<[f32; 3]>,
     /// The part of the sphere that each stands for, in steradians. The sum is 4 pi.
     pub solid_angles: Vec<f32>,
@@ -29,7 +29,7 @@ const ROUGHNESS: f32 = 0.1;
 /// The levels that [`PrefilteredEnvironment::light_directions`] reads.
 pub const LIGHT_DIRECTIONS: Levels = Levels::for_roughness(ROUGHNESS, ROUGHNESS);
 
-/// A part of the map, columns and rows from first to end, and how many directions it gets.
+/// Part of the map, columns and rows from first to end, and the number of directions that it gets.
 #[derive(Clone, Copy)]
 struct Part {
     first: [usize; 2],
@@ -45,7 +45,7 @@ struct Samples {
     fluxes: Vec<[f64; 3]>,
     /// Solid angle of each, in steradians.
     solid_angles: Vec<f64>,
-    /// What is divided evenly among the directions.
+    /// Energy of each sample: the quantity that is divided evenly among the directions.
     energies: Vec<f64>,
 }
 

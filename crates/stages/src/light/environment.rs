@@ -21,13 +21,13 @@ pub struct PrefilteredEnvironment {
     /// The original, where there is one, for visible backgrounds.
     pub(super) picture: Option<Arc<EquirectImage>>,
     pub(super) found: Found,
-    /// What cloth sees, once it is asked for.
+    /// Maps of the sheen lobe, filtered when they are first asked for.
     charlie: OnceLock<CharlieMaps>,
-    /// What levels that are missing are filtered from.
+    /// Copies that missing levels are filtered from.
     unfiltered: Option<Arc<Pyramid>>,
 }
 
-/// What surfaces find when they look up the light around them.
+/// Source of the light that surfaces look up around them.
 #[derive(Clone, Copy)]
 pub(super) enum Found {
     /// The maps of the chain.
@@ -97,7 +97,7 @@ impl PrefilteredEnvironment {
         self.chain.lacking()
     }
 
-    /// Whether some of these levels are missing.
+    /// True if some of these levels are missing.
     pub fn misses_any_of(&self, levels: Levels) -> bool {
         levels.without(self.chain.present) != Levels::NONE
     }
@@ -123,7 +123,7 @@ impl PrefilteredEnvironment {
         Self { unfiltered: Some(Arc::new(pyramid)), ..Self::of_chain(chain) }
     }
 
-    /// Of maps that are filtered.
+    /// Environment of maps that are filtered.
     pub(super) fn of_chain(chain: Chain) -> Self {
         Self { chain, picture: None, found: Found::Maps, charlie: OnceLock::new(), unfiltered: None }
     }
@@ -172,7 +172,7 @@ impl<'a> EnvironmentLight<'a> {
         Self { environment, cos: cos as f32, sin: sin as f32, intensity }
     }
 
-    /// Whether no light comes from it.
+    /// True if no light comes from it.
     #[must_use]
     pub fn is_dark(&self) -> bool {
         matches!(self.environment.found, Found::Darkness) || self.intensity == 0.0

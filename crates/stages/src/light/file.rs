@@ -31,7 +31,7 @@ const VERSION: u32 = 1;
 pub(super) const HEADER: usize = 16;
 pub(super) const RAW: u8 = 0b1110_0000;
 
-/// Why bytes are not a prefiltered environment.
+/// Error: bytes that are not a prefiltered environment.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentFileError {
@@ -164,7 +164,7 @@ const fn differences(r: i32, g: i32, b: i32) -> u32 {
     (r & 511 | (g & 511) << 9 | (b & 511) << 18) as u32
 }
 
-/// What codes of differences say, spread: those of the first byte, and for codes of two bytes what the second adds.
+/// Decoded differences by code, spread: those of the first byte, and for codes of two bytes what the second adds.
 const FIRST: [u64; 256] = {
     let mut table = [0; 256];
     let mut code = 0x80;

@@ -17,8 +17,8 @@ fn with_sign<L: Lanes>(_: L, magnitude: L::F, sign: L::F) -> L::F {
     (magnitude.bits() | (sign.bits() & i32::MIN)).float_from_bits()
 }
 
-/// Where a direction of any length lies on the square, both coordinates in -1 to 1. The centre is +Y, the edges'
-/// midpoints are +-X and +-Z, the corners -Y. The zero vector maps to the centre; a NaN stays one.
+/// Octahedral coordinates of a direction of any length, both in -1 to 1. The centre is +Y, the edges' midpoints are +-X
+/// and +-Z, the corners -Y. The zero vector maps to the centre; a NaN stays one.
 #[inline(always)]
 pub(crate) fn encode<L: Lanes>(l: L, direction: V3<L>) -> [L::F; 2] {
     let Vec3 { x, y, z } = direction;
@@ -41,7 +41,7 @@ pub(crate) fn decode<L: Lanes>(l: L, u: L::F, v: L::F) -> V3<L> {
     Vec3::new(x, y, z)
 }
 
-/// Where sixteen samples of a grid lie on the square, in row-major order from `first` on. Samples past the end repeat
+/// Octahedral coordinates of sixteen samples of a grid, in row-major order from `first` on. Samples past the end repeat
 /// the last one.
 #[inline(always)]
 pub(crate) fn positions<L: Lanes>(l: L, size: usize, first: usize) -> (L::F, L::F) {

@@ -124,7 +124,7 @@ fn paint_run<L: Lanes>(
 #[derive(Clone)]
 pub(super) struct Pyramid {
     texels: Vec<u32>,
-    /// Where each copy starts, and its size.
+    /// Index of each copy's first texel, and its size.
     levels: Vec<(usize, usize)>,
 }
 

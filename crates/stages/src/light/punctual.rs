@@ -43,7 +43,7 @@ struct Cone {
     offset: f32,
 }
 
-/// What arrives at sixteen points from one light.
+/// Light that arrives at sixteen points from one source.
 #[derive(Clone, Copy)]
 pub struct LightSample<L: Lanes> {
     /// Unit vector from the point towards the light.
@@ -88,7 +88,7 @@ impl PunctualLight {
         Self { number, ..self }
     }
 
-    /// Where it is, and the distance from which on it gives nothing at all; `None` if there is none.
+    /// Position, and the distance from which on it gives no light at all; `None` for lights without a range.
     #[must_use]
     pub fn reach(&self) -> Option<([f32; 3], f64)> {
         match self.kind {

@@ -116,7 +116,7 @@ fn smooth<F: Float>(x: F) -> F {
 }
 
 impl SoftBox {
-    /// How much it adds to what a unit direction sees.
+    /// Radiance that it adds to what is seen along a unit direction.
     #[inline(always)]
     fn radiance<L: Lanes>(&self, l: L, d: V3<L>) -> V3<L> {
         let depth = d.dot(Vec3::splat(l, self.centre));

@@ -1,4 +1,4 @@
-//! What prefiltered environments promise, checked against integrals and by symmetry.
+//! Tests of prefiltered environments against integrals and by symmetry.
 
 use super::*;
 use overcoat_core::jobs::Jobs;

@@ -14,7 +14,7 @@ use overcoat_core::vec3;
 /// Largest value that can be stored.
 pub(crate) const MAX: f32 = 511.0 * 2048.0;
 
-/// What is subtracted from the stored exponent.
+/// Bias of the stored exponent.
 const BIAS: i32 = 20;
 
 /// The float 2^k for -126 <= k <= 127.

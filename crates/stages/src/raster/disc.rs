@@ -18,10 +18,10 @@ pub struct Disc {
     pub depth: f32,
     /// Change of depth per sub-pixel.
     pub depth_gradient: [f32; 2],
-    /// By how much the depth of the plane differs from that of the centre at most.
+    /// Largest difference between the depth of the plane and that of the centre.
     pub depth_reach: f32,
-    /// By how much the rim lies behind the plane; less within, with the square of the distance. Where discs of one surface
-    /// overlap, the one whose centre is closest is seen.
+    /// Depth by which the rim lies behind the plane; less within, with the square of the distance. Where discs of one
+    /// surface overlap, the one whose centre is closest is seen.
     pub sag: f32,
     /// Its vertex in the mesh.
     pub vertex: u32,
@@ -34,7 +34,7 @@ pub struct Disc {
 pub struct Spread {
     /// xx, xy and yy, in square pixels: the ellipse is where `d^T M^-1 d <= 1`.
     pub screen: [f32; 3],
-    /// Of x and y with depth, in pixels times depth.
+    /// xz and yz with the depth as z, in pixels times depth.
     pub depth: [f32; 2],
     /// See [`Disc::sag`].
     pub sag: f32,

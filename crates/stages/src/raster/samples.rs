@@ -1,4 +1,4 @@
-//! Where the coverage samples of a pixel lie, and which of them are shaded together.
+//! Positions of the coverage samples of a pixel, and the groups of them that are shaded together.
 
 use overcoat_core::math::lanes::{Int, Lanes};
 
@@ -18,7 +18,7 @@ pub struct SamplePattern {
     center: [f32; 2],
     /// Samples that are shaded together, as masks: the first `rate` of them.
     groups: [u16; 16],
-    /// How many groups there are: shadings a pixel.
+    /// Number of groups: shadings a pixel.
     rate: usize,
     /// Side of the square that one group stands for, in pixels.
     group_side: f32,
@@ -223,7 +223,7 @@ impl SampleSums {
     /// Bits of each sum.
     const BITS: u32 = 12;
 
-    /// Those of the samples in a mask.
+    /// Sums of the offsets of the samples in a mask, and their number.
     fn of(offsets: &[[i32; 2]], mask: usize) -> Self {
         let mut packed = 0;
         for (k, [x, y]) in offsets.iter().enumerate() {

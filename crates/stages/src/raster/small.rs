@@ -162,15 +162,15 @@ impl<L: Lanes> OutlineLanes<L> {
 /// The small ones of sixteen triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct SmallLanes<L: Lanes> {
-    /// Which are.
+    /// Mask of the small ones.
     pub which: L::M,
-    /// What they cover, in sixteen bits each. With one sample a pixel: the places in the box, row by row, in the first. With
-    /// several: the samples at the first place, its right neighbour, and those below.
+    /// Coverage, sixteen bits in each part. With one sample a pixel: the pixels of the box, row by row, in the first
+    /// part. With several: the samples of the first pixel, of its right neighbour, and of the two below.
     covered: [L::I; 4],
 }
 
 impl<L: Lanes> SmallLanes<L> {
-    /// Those that cover no sample.
+    /// Mask of small triangles that cover no sample.
     #[inline(always)]
     #[must_use]
     pub fn misses(&self, l: L) -> L::M {
@@ -178,7 +178,7 @@ impl<L: Lanes> SmallLanes<L> {
         self.which & (a | b | c | d).eq(l.splat_i(0))
     }
 
-    /// For each of four parts of sixteen bits, those of every lane. See [`Triangle::small_samples`].
+    /// Coverage of every lane, in four parts of sixteen bits. See [`Triangle::small_samples`].
     #[inline(always)]
     #[must_use]
     pub fn to_arrays(&self) -> [[i32; LANES]; 4] {
@@ -186,7 +186,7 @@ impl<L: Lanes> SmallLanes<L> {
     }
 }
 
-/// Below how many sub-pixels the sides of a box are those of a small triangle.
+/// Limit in sub-pixels below which the sides of a box are those of a small triangle.
 #[inline(always)]
 fn small_side(pattern: &SamplePattern) -> i32 {
     if pattern.single().is_some() { 4 * SUBPIXELS } else { 2 * SUBPIXELS }
@@ -206,12 +206,12 @@ where
 pub struct SmallSamples {
     /// The corner of the triangle's box, relative to the origin, in sub-pixels.
     low: [i32; 2],
-    /// Those that are left.
+    /// Bits of the samples that are left.
     left: u64,
 }
 
 impl SmallSamples {
-    /// Those of a triangle, relative to a pixel's corner; `None` if it is not known to be small.
+    /// Samples of a triangle, relative to a pixel's corner; `None` if it is not known to be small.
     #[inline(always)]
     #[must_use]
     pub fn new(triangle: &Triangle, origin: TileOrigin) -> Option<Self> {

@@ -19,8 +19,8 @@ pub struct Triangle {
     /// Its vertices in the mesh, in the mesh's order; those of the whole triangle if it is a clipped piece. The highest bits
     /// are what [`FLAG`] marks: [`BACK_FACING`], [`SWAPPED`] and [`CLIPPED`].
     vertices: [u32; 3],
-    /// What a small triangle covers, in four parts of sixteen bits (see [`SmallLanes`](super::SmallLanes)); 0 if it is not
-    /// small, or not known to be.
+    /// Coverage of a small triangle, in four parts of sixteen bits (see [`SmallLanes`](super::SmallLanes)); 0 if it is
+    /// not small, or not known to be.
     pub small_samples: u64,
 }
 
@@ -125,7 +125,7 @@ impl Triangle {
         self.vertices[SWAPPED] & FLAG != 0
     }
 
-    /// What clipping left of a larger triangle.
+    /// True for a piece that clipping left of a larger triangle.
     #[inline(always)]
     #[must_use]
     pub fn is_clipped(&self) -> bool {

@@ -61,8 +61,8 @@ impl VisibilityBuffer {
         reserve_like(&mut self.block_depth, &other.block_depth);
     }
 
-    /// How many blocks triangles were drawn into since the last call, hidden ones included: a measure of work that
-    /// depends on nothing but the triangles.
+    /// Number of blocks that triangles were drawn into since the last call, hidden ones included: a measure of work
+    /// that depends on nothing but the triangles.
     pub fn take_visited(&mut self) -> u64 {
         std::mem::take(&mut self.visited)
     }
@@ -220,13 +220,14 @@ impl VisibilityBuffer {
         );
     }
 
-    /// How many blocks of the tile a triangle's box touches. Over all tiles the sum does not depend on their size.
+    /// Number of blocks of the tile that a triangle's box touches. Over all tiles the sum does not depend on their
+    /// size.
     #[inline(always)]
     fn blocks_of_box(&self, triangle: &Triangle, origin: TileOrigin) -> u64 {
         Self::blocks_of(EdgeFunctions::pixel_box(triangle, origin, self.width, self.height))
     }
 
-    /// How many blocks a box of pixels touches.
+    /// Number of blocks that a box of pixels touches.
     #[inline(always)]
     fn blocks_of([left, top, right, bottom]: [i32; 4]) -> u64 {
         const SHIFT: u32 = BLOCK.trailing_zeros();
@@ -265,7 +266,7 @@ impl VisibilityBuffer {
         }
     }
 
-    /// How many blocks of the tile a disc's box touches. Over all tiles the sum does not depend on their size.
+    /// Number of blocks of the tile that a disc's box touches. Over all tiles the sum does not depend on their size.
     #[must_use]
     pub fn blocks_of_disc(&self, disc: &Disc, origin: TileOrigin) -> u64 {
         Self::blocks_of(disc.pixel_box(origin, self.width, self.height))
@@ -497,7 +498,7 @@ fn for_each_block_of_box([left, top, right, bottom]: [i32; 4], mut f: impl FnMut
     }
 }
 
-/// What a disc covers, and its depth.
+/// Coverage and depth of a disc.
 struct Ellipse<L: Lanes> {
     conic: [L::F; 3],
     sag: L::F,
@@ -526,7 +527,7 @@ impl<L: Lanes> Ellipse<L> {
     }
 }
 
-/// What each lane adds to the edge functions at its block's first pixel.
+/// Offset of each lane from the edge functions at its block's first pixel.
 struct LaneEdges<L: Lanes> {
     offsets: [L::I; 3],
 }

@@ -19,7 +19,7 @@ use overcoat_shading::brdf::tables;
 /// Least perceptual roughness for which a lobe is integrated: below, lights are as sharp as this.
 const LEAST_PERCEPTUAL_ROUGHNESS: f32 = 0.045;
 
-/// What area lights need to know of a surface, see [`Surface`].
+/// Surface attributes that area lights are evaluated with, see [`Surface`].
 pub(super) struct Receiver<L: Lanes> {
     position: V3<L>,
     view: V3<L>,

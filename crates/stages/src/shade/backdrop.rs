@@ -15,7 +15,7 @@ type Pixel = [f32; 4];
 pub struct Backdrop {
     /// The picture, its half, a quarter, down to one pixel.
     levels: Vec<Level>,
-    /// How many of them belong to the picture; those beyond are kept for larger ones.
+    /// Number of levels that belong to the picture; those beyond are kept for larger ones.
     count: usize,
 }
 

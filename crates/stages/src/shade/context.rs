@@ -1,4 +1,4 @@
-//! What the shading pass knows of the picture as a whole.
+//! Context of the shading pass: the picture as a whole.
 
 use super::LampOcclusion;
 use crate::gbuffer::Draw;
@@ -12,7 +12,7 @@ use overcoat_scene::{AreaLightMethod, Material, ShadingModel, Texture};
 /// From places on the screen to rays, in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewRays {
-    /// Where the camera is.
+    /// Position of the camera in world space.
     pub eye: [f32; 3],
     /// Change of a ray (of unit depth; orthographic: of its origin) per pixel to the right.
     pub right: [f32; 3],
@@ -20,7 +20,7 @@ pub struct ViewRays {
     pub down: [f32; 3],
     /// The view direction.
     pub forward: [f32; 3],
-    /// Whether rays start at the eye.
+    /// True if rays start at the eye; else they are parallel.
     pub perspective: bool,
 }
 
@@ -33,7 +33,8 @@ impl ViewRays {
         if self.perspective { (eye, across + forward) } else { (across + eye, forward) }
     }
 
-    /// Where a point is seen: pixels right of and below the viewport's centre. Points behind the eye are seen far away.
+    /// Position of a point on the screen: pixels right of and below the viewport's centre. Points behind the eye are
+    /// seen far away.
     #[inline(always)]
     pub fn project<L: Lanes>(&self, l: L, point: V3<L>) -> [L::F; 2] {
         let from_eye = point - Vec3::splat(l, self.eye);
@@ -72,13 +73,13 @@ pub struct ShadeContext<'a> {
     pub area_lights: &'a [AreaLight],
     /// Formulas of every surface, whatever its material names.
     pub model: Option<ShadingModel>,
-    /// How reflections of area lights are integrated.
+    /// Method by which reflections of area lights are integrated.
     pub area_light_method: AreaLightMethod,
     /// Largest number of texture probes along a stretched footprint.
     pub anisotropy: u32,
-    /// Depth maps that say what blocks the environment; with 0 nothing does, and no plane says so.
+    /// Number of depth maps of the environment's directions; with 0 nothing blocks it, and no plane says so.
     pub maps: u32,
-    /// What is in the way of lights, if that is known.
+    /// Occlusion of lamps, if it is known.
     pub lamps: Option<LampOcclusion<'a>>,
     /// Rays that each lobe sends.
     pub lobe_rays: u32,
@@ -89,7 +90,7 @@ pub struct ShadeContext<'a> {
 }
 
 impl ShadeContext<'_> {
-    /// Whether depth maps say what blocks the environment.
+    /// True if depth maps say what blocks the environment.
     #[inline(always)]
     pub(super) fn has_maps(&self) -> bool {
         Shadows::IS_BUILT && self.maps > 0

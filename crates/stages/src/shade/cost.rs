@@ -1,4 +1,4 @@
-//! What shading a fragment takes, in units of about a nanosecond: one core of a Zen 5 processor with AVX2.
+//! Cost of shading a fragment, in units of about a nanosecond: one core of a Zen 5 processor with AVX2.
 //!
 //! Limits count work by this table and those of the models ([`Model::cost`](super::model::Model::cost)) and not by a clock, so that a file ends in the same way on every machine. The figures
 //! were measured as the processor time of whole frames (one square of 512 x 512 pixels, 1 sample, the studio, no lights or
@@ -17,7 +17,7 @@ const UNLIT: u64 = 21;
 const TEXTURE: u64 = 14;
 const PROBE: u64 = 7;
 
-/// What passes through a surface, beside what is reflected; and of each light.
+/// Transmission through a surface, beside its reflection; and that of each light.
 const TRANSMISSION: u64 = 205;
 const LIGHT_THROUGH: u64 = 3;
 
@@ -28,14 +28,14 @@ const AREA_LIGHT_BY_FACETS: u64 = 1200;
 /// One depth map looked up by a fragment.
 const MAP: u64 = 3;
 
-/// What is in the way of a light without extent, and of a part of one with.
+/// Shadow of a light without extent, and of a part of one with extent.
 const SHADOW: u64 = 20;
 const SHADOW_OF_PART: u64 = 35;
 
 /// One ray, without what it takes to shade what it hits.
 const RAY: u64 = 400;
 
-/// What the rays of a fragment's neighbours have found, added to what its own have.
+/// Rays of a fragment's neighbours, whose light is added to that of its own.
 const POOL: u64 = 300;
 
 /// Roughness that grows where normals vary within a pixel.
@@ -50,7 +50,7 @@ const BLENDING: u64 = 90;
 /// Alpha masks: one sample of one pixel of a surface that may be there, without its texture.
 const MASK: u64 = 7;
 
-/// What fragments of one material take, in units of about a nanosecond.
+/// Cost of fragments of one material, in units of about a nanosecond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShadingCost {
     /// Each, in the light of the environment and of all rectangles and tubes.
@@ -64,7 +64,7 @@ pub struct ShadingCost {
 }
 
 impl ShadingCost {
-    /// Of a material of the scene.
+    /// Cost of a material of the scene.
     #[must_use]
     pub fn of(material: &Material, context: &ShadeContext<'_>) -> Self {
         let probes = u64::from(context.anisotropy.clamp(1, 16)) - 1;

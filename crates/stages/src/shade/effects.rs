@@ -12,7 +12,7 @@ use overcoat_scene::Material;
 
 /// The part of an effect that is asked for each batch, with what it was prepared with.
 pub trait Effect: Sync {
-    /// Whether shading reads its planes where surfaces are of this material.
+    /// True if shading reads its planes where surfaces are of this material.
     fn is_read(&self, material: &Material) -> bool;
 
     /// Fills its planes for sixteen fragments of a material, whose surface is in `planes`.
@@ -30,15 +30,15 @@ pub trait Effect: Sync {
 /// The effects of a picture; `None` of those that it does not need.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Effects<'a> {
-    /// What is seen through refracting surfaces.
+    /// Picture that refracting surfaces show of what is behind them.
     pub backdrop: Option<&'a Backdrop>,
-    /// What light from afar reaches surfaces past others.
+    /// Occlusion of the environment's light.
     pub occlusion: Option<LightOcclusion<'a>>,
-    /// From where light can arrive, if users ask for it.
+    /// Bent normals, if users ask for them.
     pub bent_normals: Option<BentNormals<'a>>,
-    /// How much of all lights arrives, if users ask for it.
+    /// Share of all lights that arrives, if users ask for it.
     pub lit_shares: Option<LitShares>,
-    /// What light other surfaces send, by rays; [`TracedLight::fill`] is called by itself, after these.
+    /// Light of other surfaces, by rays; [`TracedLight::fill`] is called by itself, after these.
     pub traced: Option<TracedLight<'a>>,
 }
 

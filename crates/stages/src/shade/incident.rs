@@ -14,7 +14,7 @@ use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_scene::{AreaLightMethod, Material};
 use overcoat_shading::coat::EnvironmentQuery;
 
-/// What surrounds a surface at a distance or near: sources that are known by their average over a lobe.
+/// Surroundings of a surface, far or near: sources that are known by their average over a lobe.
 ///
 /// The sum of environment and area lights under a lobe is one integral; models see both through the same two questions,
 /// so every model has both, with the weights of its split sum (`EvaluateBSDF_Rect` of HDRP has the same shape: the
@@ -30,7 +30,7 @@ pub(super) enum Surroundings {
 }
 
 impl Surroundings {
-    /// Those that there are. Models ask each in turn, in a loop, so that their code is compiled once.
+    /// Surroundings of the scene. Models ask each in turn, in a loop, so that their code is compiled once.
     pub(super) fn of(context: &ShadeContext<'_>) -> &'static [Self] {
         // Without the part there are none: who asks for some has been refused.
         if !built::AreaLights::IS_BUILT || context.area_lights.is_empty() {
@@ -43,7 +43,7 @@ impl Surroundings {
         }
     }
 
-    /// How much of it reaches the surface.
+    /// Share of it that reaches the surface, 0 to 1: ambient occlusion is about the environment alone.
     #[inline(always)]
     pub(super) fn occlusion<L: Lanes>(self, l: L, surface: &Surface<L>) -> L::F {
         match self {
@@ -149,7 +149,7 @@ fn environment_irradiance_over_pi<L: Lanes>(l: L, context: &ShadeContext<'_>, no
     )
 }
 
-/// What arrives from a light without extent at surfaces in `planes`, past what is known to be in its way.
+/// Light that arrives from a light without extent at surfaces in `planes`, past its known occluders.
 #[inline(always)]
 pub(super) fn arriving_light<L: Lanes>(
     l: L,
@@ -165,7 +165,7 @@ pub(super) fn arriving_light<L: Lanes>(
     LightSample { irradiance: sample.irradiance * visible, ..sample }
 }
 
-/// What a light without extent sends.
+/// Light of a source without extent, as if nothing blocked it.
 #[inline(never)]
 fn sample_light<L: Lanes>(l: L, light: &PunctualLight, position: V3<L>) -> LightSample<L> {
     l.run(

@@ -1,5 +1,5 @@
-//! What is in the way of lamps: of those without extent by a number that their light is multiplied by, of rectangles and tubes by
-//! what part of a lobe's light comes from places of them that are seen.
+//! Occlusion of lamps: the light of those without extent is multiplied by their visibility; of rectangles and tubes, it
+//! is the part of a lobe's light that comes from places of them that are seen.
 //!
 //! Light falls on the smooth surface that a mesh stands for, not on its flat triangles, or each that turns away from a lamp
 //! would be dark where shading is not (Hanika 2021, "Hacking the shadow terminator", Ray Tracing Gems II, chapter 4).
@@ -20,10 +20,10 @@ use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_scene::{Material, Mesh};
 use overcoat_shading::coat::EnvironmentQuery;
 
-/// What is prepared of the lamps of a scene, whatever the camera.
+/// Shadows of a scene's lamps, prepared for any camera.
 #[derive(Clone, Copy, Debug)]
 pub struct LampOcclusion<'a> {
-    /// What each sees: first the lights without extent, by their number, then [`LampOcclusion::parts`].
+    /// Depth maps of each: first the lights without extent, by their number, then [`LampOcclusion::parts`].
     pub maps: &'a LampMaps,
     /// Number of lights without extent.
     pub punctual: usize,
@@ -162,7 +162,7 @@ impl LampOcclusion<'_> {
         )
     }
 
-    /// How much of a light without extent reaches surfaces, 0 to 1.
+    /// Visibility of a light without extent from surfaces, 0 to 1.
     #[inline(never)]
     pub(super) fn of_light<L: Lanes>(
         &self,
@@ -221,7 +221,7 @@ impl LampOcclusion<'_> {
     }
 }
 
-/// How much of all lights arrives, as data for users: in a plane of its own that no shading model reads.
+/// Share of all lights that arrives, as data for users: in a plane of its own that no shading model reads.
 #[derive(Clone, Copy, Debug)]
 pub struct LitShares;
 

@@ -14,7 +14,7 @@ const REPEATS: [(u32, u32); 3] = [(8, 3), (32, 2), (128, 1)];
 pub struct LobeSamples {
     /// Cosine and sine of the angle, and the second coordinate.
     points: Vec<[f32; 3]>,
-    /// What is added to them in each pixel of a square: an angle by its cosine and sine, and a shift.
+    /// Offsets of the points in each pixel of a square: a rotation by its cosine and sine, and a shift.
     turns: Vec<[f32; 3]>,
     /// Pixels along a side of that square.
     side: u32,

@@ -1,4 +1,4 @@
-//! What fragments have beyond base, coat and emission.
+//! Attributes of fragments beyond base, coat and emission.
 
 use super::reader::Reader;
 use super::record::{get, get_vector, put};
@@ -71,13 +71,13 @@ lobe_values! {
     iridescence_thickness: L::F, number IRIDESCENCE_THICKNESS, 0.0, film_thickness(l, &lobes.iridescence, reader);
     /// Thickness of the coat in units of length.
     coat_thickness: L::F, number COAT_THICKNESS, 0.0, scalar(&lobes.coat.thickness, reader);
-    /// What the coat lets through at normal incidence, linear.
+    /// Transmittance of the coat at normal incidence, linear.
     coat_color: V3<L>, color COAT_COLOR, 1.0, color(&lobes.coat.color, reader);
     /// Perceptual roughness of lobe B.
     second_roughness: L::F, number SECOND_ROUGHNESS, 0.0, scalar(&lobes.second.roughness, reader);
     /// Share of lobe B.
     lobe_mix: L::F, number LOBE_MIX, 0.0, scalar(&lobes.second.mix, reader);
-    /// How hazy the base is.
+    /// Haziness of the base.
     haziness: L::F, number HAZINESS, 0.0, scalar(&lobes.second.haziness, reader);
     /// Subsurface mask, 0 to 1.
     subsurface: L::F, number SUBSURFACE, 0.0, scalar(&lobes.subsurface.mask, reader);

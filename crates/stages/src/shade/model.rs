@@ -1,4 +1,4 @@
-//! What a shading model is to the renderer, and the loops over lights and surroundings that all of them share.
+//! Interface between shading models and the renderer, and the loops over lights and surroundings that all models share.
 //!
 //! A model reads a surface once ([`Model::layers`]) and then answers two questions: what it reflects of one light without
 //! extent ([`Model::direct`]), and what of one of its surroundings ([`Model::indirect`]), which it asks for averages over lobes
@@ -28,16 +28,16 @@ pub(super) trait Model: Copy {
     type Layers<L: Lanes>;
     /// Light so far.
     type Sum<L: Lanes>;
-    /// Whether more is read of a material than base, coat and emission.
+    /// True if more is read of a material than base, coat and emission.
     const READS_LOBES: bool = true;
     /// Lights are added before surroundings; else after.
     const LIGHTS_FIRST: bool = false;
 
-    /// What a fragment takes, in units of about a nanosecond: of a base without layers under the environment, of one with coat,
-    /// sheen, thin film and the rest, and what each light without extent adds to the one and to the other.
+    /// Cost of a fragment, in units of about a nanosecond: of a base without layers under the environment, of one with
+    /// coat, sheen, thin film and the rest, and what each light without extent adds to the one and to the other.
     fn cost(self) -> [u64; 4];
 
-    /// How the roughness of base and coat grows where normals vary within a pixel.
+    /// Filter by which the roughness of base and coat grows where normals vary within a pixel.
     fn normal_filtering(self) -> NormalFiltering {
         NormalFiltering::Asked(NormalFilter::TOKUYOSHI)
     }
@@ -45,7 +45,7 @@ pub(super) trait Model: Copy {
     /// Reads the material and the surface.
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L>;
 
-    /// What there is before any light: emission, where it is the first of the sum.
+    /// Sum before any light: emission, where it is the first term.
     fn begin<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> Self::Sum<L>;
 
     /// Adds what is reflected of one light without extent.
@@ -96,16 +96,16 @@ pub(super) trait AdditiveModel: Copy {
     /// As [`Model::layers`].
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L>;
 
-    /// What the surface emits, through its layers.
+    /// Radiance that the surface emits, through its layers.
     #[inline(always)]
     fn emission<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
         surface.emissive
     }
 
-    /// What is reflected of one light without extent.
+    /// Light reflected of one light without extent.
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L>;
 
-    /// What is reflected of one of the surroundings.
+    /// Light reflected of one of the surroundings.
     fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L>;
 }
 
@@ -164,7 +164,7 @@ impl<L: Lanes> Source<'_, L> {
         self.surroundings == Surroundings::Environment
     }
 
-    /// What blocks it is known.
+    /// True if its occlusion is known.
     #[inline(always)]
     fn is_blocked(&self) -> bool {
         if self.is_environment() { self.context.has_maps() } else { self.context.lamps.is_some() }
@@ -234,7 +234,7 @@ impl<L: Lanes> Source<'_, L> {
         move |query| self.sheen_radiance(l, query)
     }
 
-    /// How much of it reaches the surface.
+    /// Share of it that reaches the surface, 0 to 1.
     #[inline(always)]
     pub(super) fn occlusion(&self, l: L) -> L::F {
         self.surroundings.occlusion(l, self.surface)

@@ -1,4 +1,4 @@
-//! How much of the environment reaches surfaces past others, and what those send in its place.
+//! Share of the environment that reaches surfaces past others, and the light that those send in its place.
 //!
 //! Light from afar is a number of directions, each with its share of the environment's flux and of the sphere (Agarwal et al.
 //! 2003, "Structured importance sampling of environment maps"), and one depth map each. What a lobe sees is a ratio: the flux
@@ -34,12 +34,12 @@ pub struct DistantLight {
     pub solid_angle: f32,
 }
 
-/// What is prepared of a scene, whatever the camera.
+/// Occlusion of the environment in a scene, prepared for any camera.
 #[derive(Clone, Copy, Debug)]
 pub struct LightOcclusion<'a> {
     /// The directions.
     pub lights: &'a [DistantLight],
-    /// What is seen from each.
+    /// Depth map of each direction.
     pub maps: &'a DepthMaps,
     /// Shadows are compiled in.
     pub built: Shadows,
@@ -106,7 +106,8 @@ impl LightOcclusion<'_> {
     }
 }
 
-/// Whether a lobe is the coat's, of a surface that has one: the one that has the more similar direction and roughness.
+/// Mask of lobes that are the coat's, on surfaces that have one: the coat's if its direction and roughness are the more
+/// similar.
 #[inline(always)]
 pub(super) fn is_coat<L: Lanes>(l: L, planes: &SurfacePlanes, query: &EnvironmentQuery<L>) -> L::M {
     let view = get_vector(l, planes, layout::VIEW);

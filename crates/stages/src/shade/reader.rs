@@ -14,7 +14,7 @@ pub(super) struct Coordinates<L: Lanes> {
 }
 
 impl<L: Lanes> Coordinates<L> {
-    /// Those of a material that reads no textures.
+    /// Coordinates of a material that reads no textures.
     #[inline(always)]
     pub(super) fn none(l: L) -> Self {
         let zero = [l.zero(); 2];
@@ -48,7 +48,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
         sample(self.l, of, uv, &footprint, self.context.anisotropy, self.active)
     }
 
-    /// How the textures of a plan are read, a group in each place of `samples`; asks the processor for their texels.
+    /// Plans how the textures of a plan are read, a group in each place of `samples`, and prefetches their texels.
     #[inline(always)]
     pub(super) fn plan_samples<const N: usize>(
         &self,
@@ -64,7 +64,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
         }
     }
 
-    /// Asks for the levels that [`Reader::read`] reads of a texture, and reads none.
+    /// Requests the levels that [`Reader::read`] reads of a texture, and reads none.
     pub(super) fn ask(&self, texture: &TextureRef) {
         let of = &self.context.textures[texture.texture.index()];
         if of.bands().is_some() {
@@ -73,7 +73,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
         }
     }
 
-    /// Asks for what [`ReadingPlan::read`] reads.
+    /// Requests the texels that [`ReadingPlan::read`] reads.
     pub(super) fn ask_for_plan<const N: usize>(&self, plan: &ReadingPlan<'_, N>) {
         for group in plan.groups.iter().flatten() {
             let (uv, footprint) = self.place(group.first);
@@ -82,7 +82,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
         }
     }
 
-    /// Where a texture is read.
+    /// Coordinates at which a texture is read, and its footprint there.
     #[inline(always)]
     fn place(&self, texture: &TextureRef) -> ([L::F; 2], Footprint<L>) {
         let set = usize::from(texture.uv_set & 1);
@@ -120,7 +120,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
 #[derive(Debug)]
 pub(super) struct ReadingPlan<'a, const N: usize> {
     groups: [Option<Group<'a>>; N],
-    /// Where the texel of each place is; of places without a texture it has no meaning.
+    /// Slot of each place's texel; of places without a texture it has no meaning.
     pub(super) slots: [usize; N],
 }
 
@@ -129,7 +129,7 @@ pub(super) struct ReadingPlan<'a, const N: usize> {
 struct Group<'a> {
     first: &'a TextureRef,
     textures: [&'a Texture; MAX_TOGETHER],
-    /// How many they are, from 1.
+    /// Number of textures, from 1.
     len: usize,
 }
 

@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use overcoat_core::math::lanes::{Scalar, SimdLevel};
 
-    /// What is loaded and stored again is what was there, in every bit, at every instruction set.
+    /// Planes that are loaded and stored again keep every bit, at every instruction set.
     #[test]
     fn every_plane_survives() {
         let mut planes = SurfacePlanes::default();

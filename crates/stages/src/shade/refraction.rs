@@ -1,4 +1,4 @@
-//! What refracting surfaces show of what is behind them: the effect that looks the [`Backdrop`] up.
+//! Refraction: the effect that looks up the [`Backdrop`] behind refracting surfaces.
 //!
 //! Source: `getIBLVolumeRefraction`, `getVolumeTransmissionRay` and `applyIorToRoughness` of the Khronos glTF Sample Renderer
 //! 1.1, KHR_materials_dispersion. Deviations:
@@ -52,7 +52,8 @@ pub(super) fn refracted_roughness<F: Float>(material: &Material, roughness: F) -
     roughness * if share > 0.0 { if share < 1.0 { share } else { 1.0 } } else { 0.0 }
 }
 
-/// What is seen through the surface (`getIBLVolumeRefraction`): premultiplied colour, and the opacity of red, green and blue.
+/// Light that is seen through the surface (`getIBLVolumeRefraction`): premultiplied colour, and the opacity of red,
+/// green and blue.
 #[inline(always)]
 fn refracted<L: Lanes>(
     l: L,
@@ -161,8 +162,8 @@ mod tests {
         backdrop
     }
 
-    /// Where nothing opaque is behind, rough glass shows the environment, the more the rougher it is; smooth glass and darkness
-    /// leave what is behind the picture.
+    /// Rough glass shows the environment where nothing opaque is behind it, the more the rougher it is; smooth glass
+    /// and darkness leave what is behind the picture.
     #[test]
     fn rough_glass_shows_the_environment_where_nothing_is_behind() {
         let white = PrefilteredEnvironment::reference([0.5; 3]);

@@ -61,7 +61,7 @@ impl<L: Lanes> Dielectric<L> {
 /// Sixteen surface fragments. Directions are in world space, colours linear.
 #[derive(Clone, Copy)]
 pub struct Surface<L: Lanes> {
-    /// Where it is.
+    /// Position in world space.
     pub position: V3<L>,
     /// Unit vector towards the viewer.
     pub view: V3<L>,
@@ -93,7 +93,7 @@ pub struct Surface<L: Lanes> {
     pub bitangent: V3<L>,
     /// Unit mean of the directions that are not occluded; [`Surface::normal`] where the material has no map of it.
     pub bent_normal: V3<L>,
-    /// What there is beyond base, coat and emission.
+    /// Attributes beyond base, coat and emission.
     pub lobes: LobeValues<L>,
     /// Texture coordinates of set 0.
     pub uv: [L::F; 2],
@@ -171,15 +171,15 @@ fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
     batch.vertices.draws().iter().any(|&draw| !context.draws[draw as usize].mesh.colors().is_empty())
 }
 
-/// Where sixteen fragments lie, and where they read textures: known before they are evaluated.
+/// Positions of sixteen fragments and of their texture lookups: known before they are evaluated.
 pub struct SurfacePlace<L: Lanes> {
     location: Location<L>,
     pub(super) coordinates: Coordinates<L>,
     samples: [SamplePlan<L>; PLACES],
-    /// What was read of the textures, in the slots of their plan.
+    /// Texels that were read of the textures, in the slots of their plan.
     texels: [[L::F; 4]; PLACES],
     fetched: Fetched<L>,
-    /// Where fragments are seen from that no ray of the camera meets; else the camera.
+    /// Viewpoint of fragments that no ray of the camera meets; `None` for the camera.
     seen_from: Option<SeenFrom<L>>,
 }
 
@@ -190,12 +190,12 @@ pub struct SeenFrom<L: Lanes> {
     pub position: V3<L>,
     /// Unit vector towards the viewer.
     pub view: V3<L>,
-    /// How far away the viewer is.
+    /// Distance of the viewer.
     pub distance: L::F,
 }
 
 impl<L: Lanes> SurfacePlace<L> {
-    /// Where on their triangles.
+    /// Positions on their triangles.
     pub(super) fn location(&self) -> &Location<L> {
         &self.location
     }
@@ -261,8 +261,8 @@ impl<L: Lanes> SurfacePlace<L> {
     }
 }
 
-/// Asks for the texels that sixteen fragments read, where textures are decoded by need. Some of the material may be asked for in
-/// vain.
+/// Requests the texels that sixteen fragments read, where textures are decoded on demand. Some of the material may be
+/// asked for in vain.
 #[inline(never)]
 pub fn ask_for_textures<L: Lanes>(
     l: L,
@@ -407,10 +407,10 @@ pub fn store_face<L: Lanes>(
     );
 }
 
-/// How many textures every model reads.
+/// Number of textures that every model reads.
 const PLACES: usize = 8;
 
-/// How the surfaces of one material are read: what all batches of it have in common.
+/// Reading of the surfaces of one material: what all batches of it have in common.
 #[derive(Debug)]
 pub struct SurfaceReading<'a> {
     /// The material.
@@ -418,12 +418,12 @@ pub struct SurfaceReading<'a> {
     textures: SurfaceTextures<'a>,
     /// With the material's lobes and tangents, which are left out otherwise.
     pub(super) lobes: bool,
-    /// How roughness grows where normals vary within a pixel.
+    /// Filter by which roughness grows where normals vary within a pixel, if it does.
     pub(super) filter: Option<NormalFilter>,
 }
 
 impl<'a> SurfaceReading<'a> {
-    /// Of a material of the scene, with its lobes or without.
+    /// Reading of a material of the scene, with its lobes or without.
     #[must_use]
     pub fn of(context: &ShadeContext<'a>, material: &'a Material, lobes: bool) -> Self {
         let textures = SurfaceTextures::of(material, context.textures);
@@ -460,13 +460,13 @@ struct SurfaceTextures<'a> {
     emissive: Option<&'a TextureRef>,
     coat: Option<&'a TextureRef>,
     coat_roughness: Option<&'a TextureRef>,
-    /// Whether the maps of base and coat know how far their normals stray.
+    /// For the maps of base and coat: true if their texels record how far the normals stray.
     knows_variance: [bool; 2],
     plan: ReadingPlan<'a, PLACES>,
 }
 
 impl<'a> SurfaceTextures<'a> {
-    /// Those of a material of the scene.
+    /// Textures of a material of the scene.
     fn of(material: &'a Material, textures: &'a [Texture]) -> Self {
         let (Workflow::MetallicRoughness { texture: workflow, .. }
         | Workflow::SpecularGlossiness { texture: workflow, .. }) = &material.workflow;
@@ -489,7 +489,8 @@ impl<'a> SurfaceTextures<'a> {
         Self { base_color, occlusion, emissive, coat, coat_roughness, knows_variance, plan }
     }
 
-    /// What the normals of base and coat vary by within their texels.
+    /// Growth of the square of alpha by how the normals of base and coat vary within their texels: see
+    /// [`mapped_variance`].
     #[inline(always)]
     fn normal_variances<L: Lanes>(
         &self,

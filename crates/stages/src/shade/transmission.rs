@@ -42,7 +42,7 @@ use std::f32::consts::FRAC_1_PI;
 /// Least GGX alpha at which lights are scattered forward; below, their images are too small to be seen.
 const LEAST_ALPHA: f32 = 0.002;
 
-/// What fragments that let light through add to a sample, and what they leave of what is behind them.
+/// Contribution of fragments that let light through to a sample, and what they leave of the light from behind them.
 #[derive(Clone, Copy)]
 pub struct Passed<L: Lanes> {
     /// Radiance, multiplied by opacity.
@@ -50,7 +50,7 @@ pub struct Passed<L: Lanes> {
     /// Part of each colour that reaches the eye from behind the picture, beside what `keep` lets through of it: where a
     /// refracting surface sees no surface.
     pub open: V3<L>,
-    /// What colour and transmittance of what is behind are multiplied by.
+    /// Factors of the colour and the transmittance of what is behind.
     pub keep: V3<L>,
 }
 
@@ -159,7 +159,7 @@ pub fn pass_through<L: Lanes>(
     )
 }
 
-/// What base and coat do not reflect, 0 to 1.
+/// Share of light that base and coat do not reflect, 0 to 1.
 #[inline(always)]
 fn not_reflected<L: Lanes>(l: L, surface: &Surface<L>) -> V3<L> {
     let n_dot_v = surface.normal.dot(surface.view).saturate();
@@ -196,7 +196,7 @@ fn light_from_behind<L: Lanes>(
     sum
 }
 
-/// What a rough white surface scatters forward of the lights behind it: the lobe of the mirrored light
+/// Light that a rough white surface scatters forward of the lights behind it: the lobe of the mirrored light
 /// (`getPunctualRadianceTransmission`).
 #[inline(always)]
 fn lights_through<L: Lanes>(

@@ -20,7 +20,7 @@ use overcoat_core::math::lanes::{Float, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_scene::Material;
 
-/// How roughness grows where normals vary within a pixel.
+/// Filter by which roughness grows where normals vary within a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NormalFilter {
     /// `geometryRoughness` of three.js (`lights_physical_fragment`): the largest change of a component of the normal in view
@@ -64,18 +64,18 @@ impl NormalFilter {
     }
 }
 
-/// How the normals of sixteen fragments vary within a pixel.
+/// Variation of the normals of sixteen fragments within a pixel.
 #[derive(Clone, Copy)]
 pub(super) struct NormalVariation<L: Lanes> {
     /// Unit vertex normal in world space.
     pub(super) normal: V3<L>,
     /// Its change per pixel to the right and per pixel down, perpendicular to it.
     pub(super) change: [V3<L>; 2],
-    /// What is added to the square of alpha for the normal maps of base and coat: [`mapped_variance`].
+    /// Growth of the square of alpha for the normal maps of base and coat: [`mapped_variance`].
     pub(super) mapped: [L::F; 2],
 }
 
-/// What the square of alpha grows by for normals that a map's texel stands for, 0 and more.
+/// Growth of the square of alpha for the normals that a map's texel stands for, 0 and more.
 ///
 /// Facets whose slopes have the variance v along each axis are a Beckmann surface of alpha^2 = 2 v (Walter et al. 2007), and
 /// in the same unit roughnesses add up (Olano and Baker 2010, "LEAN Mapping"). 2 v is the variance of the normals over the
@@ -90,16 +90,16 @@ pub(super) fn mapped_variance<L: Lanes>(_: L, texel: &[L::F; 4], scale: f32) -> 
 /// Normals that nearly cancel each other are as rough as there is.
 const LEAST_MEAN_SQUARED: f32 = 1e-3;
 
-/// When a model's roughness grows where normals vary.
+/// Condition under which a model's roughness grows where normals vary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum NormalFiltering {
     /// Always: the engine has no other way.
     Always(NormalFilter),
-    /// Where a picture asks for it.
+    /// Only if a picture asks for it.
     Asked(NormalFilter),
 }
 
-/// How the surfaces of a material are roughened, if they are.
+/// Filter that roughens the surfaces of a material, if one does.
 #[inline(always)]
 pub(super) fn normal_filter(context: &ShadeContext<'_>, material: &Material) -> Option<NormalFilter> {
     if material.unlit {

@@ -12,9 +12,9 @@ pub struct Blockers {
     pub triangles: Vec<[u32; 3]>,
     /// Three positions each, counter-clockwise seen from the front: what blocks light that falls on the front alone.
     pub one_sided: Vec<[u32; 3]>,
-    /// What blocks light in places.
+    /// Triangles that block light in places.
     pub masked: Vec<Masked>,
-    /// Where that is.
+    /// Alpha masks of the triangles that block light in places.
     pub cutouts: Vec<Cutout>,
 }
 
@@ -27,9 +27,9 @@ pub struct Masked {
     pub two_sided: bool,
     /// Texture coordinates of each.
     pub uvs: [[f32; 2]; 3],
-    /// What alpha is multiplied by at each.
+    /// Factor of alpha at each corner.
     pub alphas: [f32; 3],
-    /// Which of [`Blockers::cutouts`].
+    /// Index of its mask in [`Blockers::cutouts`].
     pub cutout: u32,
 }
 
@@ -40,14 +40,14 @@ pub struct Cutout {
     pub size: [usize; 2],
     /// Alpha of the texels, row by row, 255 for 1.
     pub alphas: Vec<u8>,
-    /// What lies beside the texture, along u and v.
+    /// Wrap modes along u and v.
     pub wrap: [Wrap; 2],
     /// Least alpha of what is present.
     pub cutoff: f32,
 }
 
 impl Cutout {
-    /// Whether the nearest texel's alpha, multiplied by a factor, reaches the cutoff.
+    /// True if the nearest texel's alpha, multiplied by a factor, reaches the cutoff.
     #[must_use]
     pub fn is_present(&self, uv: [f32; 2], factor: f32) -> bool {
         let place = |k: usize| {

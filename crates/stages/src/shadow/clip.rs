@@ -3,11 +3,11 @@
 /// A corner of a triangle on a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Corner {
-    /// What the map's rows say of it: the last is the distance along the map's axis.
+    /// Coordinates by the map's rows: the last is the distance along the map's axis.
     pub place: [f32; 3],
     /// Texture coordinates of a triangle with holes.
     pub uv: [f32; 2],
-    /// What alpha is multiplied by there.
+    /// Factor of alpha there.
     pub alpha: f32,
 }
 
@@ -26,7 +26,7 @@ impl Corner {
     }
 }
 
-/// What lies at a distance along the axis or further: none, one or two triangles.
+/// Part of a triangle that lies at a distance along the axis or further: none, one or two triangles.
 pub(super) fn clipped(corners: [Corner; 3], distance: f32) -> impl Iterator<Item = [Corner; 3]> {
     let mut outline = [Corner::default(); 4];
     let mut count = 0;

@@ -18,7 +18,8 @@ pub struct DepthMap {
     /// last column a shift. Of a map seen from a point, the first two are to be divided by the third, the distance along the
     /// map's axis.
     pub rows: [[f32; 4]; 3],
-    /// Of a map seen from a point, the distance along its axis before which nothing is drawn; 0 of one seen along a direction.
+    /// Distance along the axis before which nothing is drawn, on a map seen from a point; 0 of one seen along a
+    /// direction.
     pub near: f32,
     /// 1 where triangles whose front faces the light are counter-clockwise on the map (from columns to rows), -1 where they are
     /// clockwise.
@@ -53,7 +54,7 @@ pub(super) const SIZES: [usize; 2] = [LANES, 4096];
 /// Maps that are drawn at once by one thread. Triangles pass through the cache once for all of them, and all of them fit in.
 const MAPS_PER_JOB: usize = 4;
 
-/// How far off its surface a point is looked up, in texels along the geometric normal.
+/// Distance off its surface at which a point is looked up, in texels along the geometric normal.
 ///
 /// Further is safer, and light leaks in where things touch. On a plane, a texel `d` texels away is covered by something further
 /// out than the lifted point if `d` sin(slope) is more than the lift. Of the four around a point, with a lift of one, only the
@@ -62,7 +63,7 @@ const MAPS_PER_JOB: usize = 4;
 /// 0.013 on average, in the mean by less than 0.001; with a lift of 1.5 by 0.013 and 0.018.
 pub(super) const LIFT: f32 = 1.0;
 
-/// What part of the light counts as all of it.
+/// Least part of the light that counts as all of it.
 const LEAST_LIT: f32 = 0.914;
 
 /// Two unit vectors that are perpendicular to a unit vector and to each other: Duff et al. 2017, "Building an orthonormal basis,
@@ -128,7 +129,7 @@ impl DepthMap {
         ((p[0] * row[0] + p[1] * row[1]) + p[2] * row[2]) + row[3]
     }
 
-    /// What the inverse of a distance is multiplied by to be a depth, on a map that is seen from a point.
+    /// Factor that turns the inverse of a distance into a depth, on a map that is seen from a point.
     pub(super) fn nearest(&self) -> f32 {
         self.near * OUTERMOST
     }
@@ -188,7 +189,8 @@ impl DepthMaps {
         Ok(maps)
     }
 
-    /// The maps, and how many sixteens of texels they took. They are unfinished if these are more than `most`.
+    /// Draws the maps, and counts the sixteens of texels that they took. They are unfinished if these are more than
+    /// `most`.
     fn draw(
         blockers: &Blockers,
         directions: &[[f32; 3]],
@@ -267,17 +269,17 @@ impl DepthMaps {
         &self.texels[map * self.size * self.size..][..self.size * self.size]
     }
 
-    /// Where points of surfaces with unit geometric normals are to be looked up, so that a surface does not shade itself: a texel
-    /// off, on the side that the normal points to. Once for all maps.
+    /// Places at which points of surfaces with unit geometric normals are looked up, so that a surface does not shadow
+    /// itself: a texel off, on the side that the normal points to. Once for all maps.
     #[inline(always)]
     pub fn lifted<L: Lanes>(&self, _: L, position: &[L::F; 3], normal: &[L::F; 3]) -> [L::F; 3] {
         let lift = LIFT * self.texel;
         each!(c => position[c] + normal[c] * lift)
     }
 
-    /// How much of a map's light reaches points, 0 to 1: of the four texels around each, those whose blocker is no further out
-    /// than the point and `slack`, by their bilinear weights (percentage closer filtering: Reeves, Salesin and Cook 1987). For
-    /// points of surfaces that were [lifted](Self::lifted), the slack is zero.
+    /// Visibility of a map's light from points, 0 to 1: of the four texels around each, those whose occluder is no
+    /// further out than the point and `slack`, by their bilinear weights (percentage closer filtering: Reeves, Salesin
+    /// and Cook 1987). For points of surfaces that were [lifted](Self::lifted), the slack is zero.
     ///
     /// Walls keep light out if they are as thick as a texel's diagonal; along inner edges of thinner ones, texels beside them let
     /// some of it in, a texel wide.
@@ -293,7 +295,7 @@ impl DepthMaps {
         depth.clamp_to(0.0, OUTERMOST).to_int()
     }
 
-    /// How much of four texels around a place is no further out than a depth, by their bilinear weights.
+    /// Share of the four texels around a place that are no further out than a depth, by their bilinear weights.
     #[inline(always)]
     pub(super) fn open<L: Lanes>(&self, l: L, map: usize, [x, y]: [L::F; 2], reach: L::I) -> L::F {
         open(l, self.texels_of(map), self.size, l.splat_i(0), [x, y], reach)
@@ -305,7 +307,7 @@ impl DepthMaps {
         depth_at(l, self.texels_of(map), self.size, l.splat_i(0), [x, y])
     }
 
-    /// Where a point lies on a map, and its depth in steps.
+    /// Column and row of a point on a map, and its depth in steps.
     #[inline(always)]
     pub(super) fn project<L: Lanes>(&self, l: L, map: usize, position: &[L::F; 3]) -> [L::F; 3] {
         self.maps[map].project(l, position)
@@ -317,8 +319,8 @@ impl DepthMaps {
     }
 }
 
-/// How much of four texels around a place is no further out than a depth, by their bilinear weights, on the map of `size` texels
-/// a side that begins at `first`.
+/// Share of the four texels around a place that are no further out than a depth, by their bilinear weights, on the map
+/// of `size` texels a side that begins at `first`.
 #[inline(always)]
 pub(super) fn open<L: Lanes>(
     l: L,

@@ -88,7 +88,7 @@ fn draw_masked_ones<L: Lanes>(
     work
 }
 
-/// Which sides of triangles block light.
+/// Sides of triangles that block light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sides {
     Both,
@@ -107,9 +107,9 @@ struct Projected<L: Lanes> {
     /// Their boxes' first and last columns and rows.
     low: [L::F; 2],
     end: [L::F; 2],
-    /// Those whose box has the centre of a texel, and that lie where the map is drawn.
+    /// Mask of the triangles whose box has the centre of a texel, and that lie where the map is drawn.
     some: L::M,
-    /// Those that lie there in part.
+    /// Mask of the triangles that lie there in part.
     cut: L::M,
 }
 
@@ -202,13 +202,13 @@ pub(super) fn draw_solid<L: Lanes>(
     work
 }
 
-/// What a triangle's corners have of a texel, by the differences to them: the weights of the corners, of which sum.
+/// Weights of a triangle's corners at a texel, from the differences to it: barycentric coordinates times their sum.
 #[inline(always)]
 pub(super) fn weights<F: Float>(x: [F; 3], y: [F; 3]) -> [F; 3] {
     [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
 }
 
-/// Where all weights have one sign, and not all are zero, and the depth there.
+/// Mask of the texels inside, where all weights have one sign and not all are zero, and the depth there.
 #[inline(always)]
 pub(super) fn depth_inside<F: Float>([a, b, c]: [F; 3], z: &[F; 3]) -> (F::M, F) {
     let zero = a.splat_like(0.0);

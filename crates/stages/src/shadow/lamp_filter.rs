@@ -10,27 +10,28 @@ use super::soft::{DISC, SEARCH};
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// What light falls on.
+/// Surfaces that light falls on.
 #[derive(Clone, Copy)]
 pub struct Receiver<L: Lanes> {
     /// Places in world space.
     pub position: V3<L>,
     /// Unit normals.
     pub normal: V3<L>,
-    /// Half of what a pixel is wide there.
+    /// Half of the width of a pixel there.
     pub pixel: L::F,
     /// Light from behind is seen as well.
     pub two_sided: bool,
 }
 
-/// Of the places that are looked up, the last: an outer ring. Where these are all lit, or none is, so are the others.
+/// Index of the last of the places that are looked up, an outer ring. Where these are all lit, or none is, so are the
+/// others.
 const RING: usize = 5;
 
 /// Light that falls in flatter than this (a tangent) is looked for in a narrower disc, or its places would lie far along it.
 const FLATTEST: f32 = 16.0;
 
 impl LampMaps {
-    /// How much of a lamp's light reaches surfaces, 0 to 1; 1 of a lamp that there is none of.
+    /// Visibility of a lamp from surfaces, 0 to 1; 1 for a number that no lamp has.
     #[inline(always)]
     #[must_use]
     pub fn visibility<L: Lanes>(&self, l: L, number: usize, receiver: &Receiver<L>) -> L::F {
@@ -54,7 +55,8 @@ impl LampMaps {
         lit.select(clear.select(one, mean), l.zero())
     }
 
-    /// How wide the edge of the shadow is, 0 where nothing is found to block; and where nothing does, `least` around included.
+    /// Width of the shadow's edge, 0 where no occluder is found, and the mask of points where none is found although at
+    /// least `least` around was searched.
     #[inline(always)]
     fn edge<L: Lanes>(
         &self,
@@ -113,7 +115,7 @@ struct Disc<L: Lanes> {
     across: [V3<L>; 2],
     towards: V3<L>,
     normal: V3<L>,
-    /// What a place is moved by for each unit that it lies aside along the normal: across the light, to make the disc narrower
+    /// Shift of a place for each unit that it lies aside along the normal: across the light, to make the disc narrower
     /// where light is flat; and towards it.
     narrowing: V3<L>,
     rise: L::F,

@@ -16,7 +16,7 @@ use overcoat_core::math::vec3::{V3, Vec3};
 /// A lamp, or a part of one, as light leaves it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LampSource {
-    /// Where it is.
+    /// Place of the lamp.
     pub place: LampPlace,
     /// Its radius in metres; of light from afar, the tangent of half the angle that it is seen under.
     pub radius: f32,
@@ -26,7 +26,7 @@ pub struct LampSource {
     pub places: usize,
 }
 
-/// Where a lamp is.
+/// Place of a lamp: a direction or a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LampPlace {
     /// Far away, in the direction of this unit vector.
@@ -40,7 +40,7 @@ pub enum LampPlace {
     },
 }
 
-/// How a lamp's maps are seen.
+/// Projection of a lamp's maps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Projection {
     /// Along one direction.
@@ -96,7 +96,7 @@ struct DrawnMap<'a> {
     nearest: f32,
 }
 
-/// Where points are on a lamp's maps.
+/// Positions of points on a lamp's maps.
 pub(super) struct OnMap<L: Lanes> {
     /// Column and row.
     pub at: [L::F; 2],
@@ -106,13 +106,13 @@ pub(super) struct OnMap<L: Lanes> {
     first: L::I,
 }
 
-/// What a lamp is surrounded by is drawn from this part of the way to the furthest.
+/// Least distance at which a lamp's maps begin, as a share of that to the furthest point of the scene.
 const NEAR: f32 = 1.0 / 1024.0;
 
 /// Lamps that are further from the middle of a scene than this, in its radii, are outside of it.
 const OUTSIDE: f64 = 1.2;
 
-/// Those that are further than this count as far away: single precision could not tell how far.
+/// Lamps that are further than this, in the same unit, count as far away: single precision could not tell how far.
 const AFAR: f64 = 1000.0;
 
 /// Half of a cone's angle at most for one map to hold it, as a cosine.
@@ -122,7 +122,8 @@ const WIDEST: f32 = 0.5;
 const WIDEST_EDGE: f32 = 0.5;
 
 impl LampPlace {
-    /// How a lamp's maps are seen, and each.
+    /// Projection of a lamp's maps, their frames, and the distance of the furthest point of the scene; 0 for parallel
+    /// projection.
     fn frames(self, centre: [f32; 3], radius: f32, size: usize) -> (Projection, Vec<DepthMap>, f32) {
         let (position, cone) = match self {
             Self::Distant(towards) => {
@@ -256,7 +257,7 @@ impl LampMaps {
         work
     }
 
-    /// How many maps lamps have between them.
+    /// Number of maps that lamps have between them.
     #[must_use]
     pub fn count(blockers: &Blockers, sources: &[LampSource], jobs: &Jobs) -> usize {
         let sphere = if sources.is_empty() { None } else { blockers.bounding_sphere(jobs) };
@@ -286,7 +287,7 @@ impl LampMaps {
         self.lamps.get(number)
     }
 
-    /// How much of four texels around places is no nearer to a lamp than they are, by their bilinear weights.
+    /// Share of the four texels around places that are no nearer to a lamp than they are, by their bilinear weights.
     #[inline(always)]
     pub(super) fn open<L: Lanes>(&self, l: L, lamp: &LampMap, position: V3<L>) -> L::F {
         let OnMap { at, depth, first } = lamp.project(l, position);
@@ -361,7 +362,8 @@ impl LampMap {
         (to * distance.recip(), distance)
     }
 
-    /// How large the light's disc is, seen from places of one depth past a blocker at another: the radius of the shadow's edge.
+    /// Radius of the shadow's edge: that of the light's disc, seen from places of one depth past an occluder at
+    /// another.
     #[inline(always)]
     pub(super) fn edge<L: Lanes>(&self, l: L, depth: L::F, blocker: L::F) -> L::F {
         let length = (blocker - depth) * self.step;
@@ -393,7 +395,7 @@ impl LampMap {
         }
     }
 
-    /// Where points are on the maps.
+    /// Positions of points on the maps.
     #[inline(always)]
     fn project<L: Lanes>(&self, l: L, position: V3<L>) -> OnMap<L> {
         let (size, own) = (self.size, self.first as i32);

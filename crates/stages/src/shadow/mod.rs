@@ -1,4 +1,4 @@
-//! What lies between surfaces and light: depth maps from many directions.
+//! Occlusion between surfaces and light: depth maps from many directions.
 //!
 //! Every map looks along one direction at the whole of the scene, so it knows nothing of the camera: a turntable makes them
 //! once. What blocks light is a list of triangles in world space ([`Blockers`]); a map holds, for each of its texels, how far

@@ -1,4 +1,4 @@
-//! What of a scene blocks light.
+//! Occluders of a scene.
 
 use super::blockers::{Blockers, Cutout, Masked};
 use overcoat_core::jobs::Jobs;
@@ -11,14 +11,14 @@ const CUTOUT_TEXELS: usize = 1 << 20;
 /// Corners that are placed by one thread.
 const POSITIONS_PER_JOB: usize = 1 << 13;
 
-/// How the triangles of an instance block light.
+/// Occlusion by the triangles of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blocking {
     /// Not at all.
     Nothing,
     /// Everywhere.
     Solid,
-    /// Where alpha reaches the cutoff.
+    /// Only where alpha reaches the cutoff.
     Masked,
 }
 
@@ -124,7 +124,7 @@ impl Blockers {
     }
 }
 
-/// How the triangles of an instance block light.
+/// Occlusion by the triangles of an instance, from its material and the kind of its mesh.
 fn of_instance(scene: &Scene, instance: &Instance) -> Blocking {
     let mesh = &scene.meshes()[instance.mesh.index()];
     let material = &scene.materials()[instance.material.index()];
@@ -147,7 +147,7 @@ fn of_instance(scene: &Scene, instance: &Instance) -> Blocking {
     }
 }
 
-/// What is cut out of a material's triangles.
+/// Alpha mask of a material's triangles.
 fn cutout_of(scene: &Scene, material: &Material) -> Cutout {
     let cutoff = if let AlphaMode::Mask { cutoff } = material.alpha_mode { cutoff } else { 0.0 };
     let Some(reference) = &material.base_color_texture else {

@@ -16,7 +16,7 @@ const SIXTEENS_PER_SLAB: usize = 1 << 13;
 /// Sixteens that are put together by one thread.
 const SIXTEENS_PER_JOB: usize = 1 << 10;
 
-/// Which triangles.
+/// List of occluders that triangles are taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum List {
     /// [`Blockers::triangles`].

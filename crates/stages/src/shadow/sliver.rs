@@ -20,9 +20,9 @@ const FURTHEST: f32 = 16384.0;
 
 /// Sixteen triangles as lines along the axis that they are longer in.
 pub(super) struct Slivers<L: Lanes> {
-    /// Those that are slivers.
+    /// Mask of the triangles that are slivers.
     pub which: L::M,
-    /// Those that are longer in rows than in columns.
+    /// Mask of the triangles that are longer in rows than in columns.
     tall: L::M,
     /// First and last step along the longer axis.
     first: L::F,

@@ -27,7 +27,8 @@ pub(super) const DISC: [[f32; 2]; 16] = [
     [-0.126_487, -0.976_090],
 ];
 
-/// Where blockers are looked for: fewer of the same, the first in the middle; and how far off it.
+/// Places in the disc at which occluders are looked for, and their distances from its middle: fewer than are averaged,
+/// the first in the middle.
 #[allow(clippy::approx_constant, reason = "places in a disc, which are no constants")]
 pub(super) const SEARCH: [[f32; 3]; 9] = [
     [0.0, 0.0, 0.0],
@@ -41,19 +42,20 @@ pub(super) const SEARCH: [[f32; 3]; 9] = [
     [0.912_856, 0.333_374, 0.971_825],
 ];
 
-/// What the angle that light comes from is multiplied by: the shadows of neighbouring directions have to overlap, or a ball's
-/// has spokes. On the floor below a ball, with 64 directions of an even sky, the opacity of the shadow is off by 0.008 (1.0), 0.007
-/// (1.15), 0.007 (1.3) of 0.3 one radius from where it stands, and there too light by 0.11, 0.15 and 0.18 of 1.
+/// Factor of the angle that light comes from: the shadows of neighbouring directions have to overlap, or a ball's has
+/// spokes. On the floor below a ball, with 64 directions of an even sky, the opacity of the shadow is off by 0.008
+/// (1.0), 0.007 (1.15), 0.007 (1.3) of 0.3 one radius from where it stands, and there too light by 0.11, 0.15 and 0.18
+/// of 1.
 const OVERLAP: f32 = 1.15;
 
-/// What is nearer than this part of the way to the edge of the cone lies outside of it. Less than 1: few places stand for all
-/// that is in it.
+/// Part of the way to the edge of the cone below which an occluder counts as outside of it. Less than 1: few places
+/// stand for all that is in it.
 const OUTSIDE: f32 = 0.5;
 
 impl DepthMaps {
-    /// How much of the light from around a map's direction reaches points, 0 to 1. The points are in no map themselves, as those
-    /// of a surface below everything; `spread` is the tangent of the half angle that the light comes from, `furthest` a
-    /// distance within which all blockers of a point lie.
+    /// Visibility of the light around a map's direction from points, 0 to 1. The points are in no map themselves, as
+    /// those of a surface below everything; `spread` is the tangent of the half angle that the light comes from,
+    /// `furthest` a distance within which all occluders of a point lie.
     ///
     /// Of several blockers the near ones count more (the mean distance is harmonic): a map knows where light enters a thing, not
     /// where it would leave it, so that beside the foot of a tall one its top is near.

@@ -26,7 +26,7 @@ fn visibility(maps: &DepthMaps, map: usize, position: [f32; 3]) -> f32 {
     maps.visibility(Scalar, map, &position, Scalar.splat(2.0 * maps.texel())).to_array()[0]
 }
 
-/// Of a point of a surface with a geometric normal.
+/// Visibility of a point of a surface with a geometric normal.
 fn on_surface(maps: &DepthMaps, map: usize, position: [f32; 3], normal: [f32; 3]) -> f32 {
     let [position, normal] = [position, normal].map(|v| v.map(|c| Scalar.splat(c)));
     let lifted = maps.lifted(Scalar, &position, &normal);
@@ -332,7 +332,7 @@ fn shadows_begin_where_things_stand_and_end_where_they_should() {
     }
 }
 
-/// How far off surfaces points are looked up, in texels.
+/// Distance off surfaces at which points are looked up, in texels.
 const LIFT_SHIFT: f32 = 1.0;
 
 #[test]

@@ -46,7 +46,7 @@ pub struct SplatTile {
     picture: [u32; 2],
 }
 
-/// What a pixel has after all splats.
+/// Result of a pixel after all splats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplatPixel {
     /// Column in the tile.
@@ -97,8 +97,8 @@ impl SplatTile {
         self.open == 0
     }
 
-    /// How many blocks splats were drawn into since the last call: a measure of work that depends on nothing but the
-    /// splats and the picture.
+    /// Number of blocks that splats were drawn into since the last call: a measure of work that depends on nothing but
+    /// the splats and the picture.
     pub fn take_visited(&mut self) -> u64 {
         std::mem::take(&mut self.visited)
     }

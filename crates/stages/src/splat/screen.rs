@@ -33,7 +33,7 @@ pub struct ScreenSplat {
     pub opacity: f32,
     /// Colour in the space in which splats are blended, at least 0.
     pub color: [f32; 3],
-    /// What it is sorted by.
+    /// Distance that splats are sorted by.
     pub distance: f32,
     /// The pixels that it may reach: left, top, and the ends.
     pub pixels: [u16; 4],

@@ -1,4 +1,4 @@
-//! Which triangles each tile may see, in the order of the triangles.
+//! Lists of the triangles that each tile may see, in the order of the triangles.
 
 /// The (tile, triangle) pairs of one chunk of triangles, sorted by tile, triangles in order.
 #[derive(Clone, Debug, Default)]
@@ -9,7 +9,7 @@ pub struct ChunkBins {
     triangles: Vec<u32>,
     /// Each tile that has triangles: tile, first and end index in `triangles`.
     runs: Vec<(u32, u32, u32)>,
-    /// Working memory of the sort: how many triangles each tile has.
+    /// Working memory of the sort: number of triangles of each tile.
     counts: Vec<u32>,
 }
 
@@ -21,7 +21,7 @@ impl ChunkBins {
         self.runs.clear();
     }
 
-    /// Says that a tile may see a triangle. Triangles must come in order.
+    /// Adds a triangle to the list of a tile that may see it. Triangles must come in order.
     #[inline(always)]
     pub fn push(&mut self, tile: u32, triangle: u32) {
         self.found.push((tile, triangle));
@@ -120,7 +120,7 @@ impl ChunkBins {
 /// The triangles of one chunk that one tile may see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Which chunk.
+    /// Number of the chunk.
     pub chunk: u32,
     first: u32,
     end: u32,

@@ -1,4 +1,4 @@
-//! Where the tiles are.
+//! Grid of tiles over the picture.
 
 use crate::raster::{SUBPIXEL_BITS, SUBPIXELS, TileOrigin};
 
@@ -69,7 +69,7 @@ impl TileGrid {
     pub fn tile_of(&self, [x, y]: [u32; 2]) -> usize {
         (y / self.side) as usize * self.columns as usize + (x / self.side) as usize
     }
-    /// Whether triangles are listed for the tile that a pixel lies in.
+    /// True if triangles are listed for the tile that a pixel lies in.
     #[must_use]
     pub fn lists(&self, [x, y]: [u32; 2]) -> bool {
         let [left, top, right, bottom] = self.listed;

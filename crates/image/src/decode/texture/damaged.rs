@@ -3,7 +3,8 @@
 use overcoat_scene::Image;
 use std::io::Cursor;
 
-/// What is there of a PNG file that is cut or has wrong checksums, and one line that says how much; `None` if nothing is.
+/// Recovers what is left of a PNG file that is cut or has wrong checksums, with one line that says how much; `None` if
+/// nothing is.
 ///
 /// Rows that are missing have the mean colour of those that are there: neither black nor a hole, and near to nothing in a normal
 /// map.

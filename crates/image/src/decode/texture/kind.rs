@@ -1,4 +1,4 @@
-//! What kind of picture some bytes are, whatever their name and their file say about them.
+//! Recognition of the kind of a picture by its bytes, whatever its name and its file say about it.
 
 use super::Foreign;
 use crate::decode::error::quoted;
@@ -19,7 +19,7 @@ const PNG: &[u8; 8] = b"\x89PNG\r\n\x1a\n";
 /// Last bytes of most TGA files.
 const TGA_END: &[u8] = b"TRUEVISION-XFILE.\0";
 
-/// The kind of a picture, and how many bytes there are before it.
+/// Finds the kind of a picture, and the number of bytes before it.
 ///
 /// # Errors
 /// What the bytes are instead: one line.
@@ -130,7 +130,7 @@ const OTHERS: [(&[u8], &str); 22] = [
     (b"VTF\0", "a Valve texture (VTF)"),
 ];
 
-/// What the bytes are, if it is something else that is well known.
+/// Name of another well-known kind that the bytes are.
 fn other(bytes: &[u8], foreign: Foreign) -> Option<String> {
     let brand = match bytes {
         [_, _, _, _, b'f', b't', b'y', b'p', brand @ ..] => brand.first_chunk::<4>(),
@@ -149,7 +149,7 @@ fn other(bytes: &[u8], foreign: Foreign) -> Option<String> {
     what.map(Into::into).or_else(|| foreign(bytes)).map(|what| format!("it is {what}"))
 }
 
-/// What is said of bytes that are nothing known.
+/// Description of bytes of no known kind.
 fn unknown(bytes: &[u8]) -> String {
     if bytes.iter().all(|&b| b == 0) {
         return format!("all of its {} bytes are 0", bytes.len());

@@ -30,17 +30,17 @@ const UASTC: u8 = 166;
 const ETC1S_GREEN: u8 = 4;
 const UASTC_GREEN_IN_ALPHA: u8 = 5;
 
-/// Of a picture's flags in ETC1S.
+/// Flag of a picture in ETC1S that is a difference from the one before.
 const IS_DIFFERENCE: u32 = 2;
 
-/// What the texels are stored as.
+/// Storage of the texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Storage {
     /// Blocks of 4 x 4 with shared tables; a second slice holds alpha, or green of those with two channels.
     Etc1s { second: Option<u8> },
     /// Blocks of 4 x 4 of 16 bytes; the channels by their number.
     Uastc { channels: u8 },
-    /// So many bytes a texel.
+    /// Uncompressed texels of this many bytes each.
     Plain(usize),
 }
 

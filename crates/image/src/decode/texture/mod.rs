@@ -35,7 +35,7 @@ pub type Foreign = fn(&[u8]) -> Option<Cow<'static, str>>;
 /// Bytes that a decoder may use beside the picture itself.
 const DECODER_BYTES: u64 = 64 << 20;
 
-/// What the header of a picture says.
+/// Header of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// In texels.
@@ -52,7 +52,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// Whether its kind of texels has no alpha.
+    /// True if its kind of texels has no alpha.
     pub fn is_opaque(&self) -> bool {
         self.opaque
     }
@@ -73,11 +73,11 @@ impl Header {
 pub struct Picture {
     /// Its texels.
     pub image: Image,
-    /// What is wrong with it, though it can be drawn: one line.
+    /// Flaw of a picture that can be drawn all the same: one line.
     pub flaw: Option<String>,
 }
 
-/// Why a picture cannot be used.
+/// Reason that a picture cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ImageError {
     /// It is damaged, or no picture that is read: one line that says so.
@@ -86,7 +86,7 @@ pub enum ImageError {
     Limit(LimitExceeded),
 }
 
-/// What is said of bytes that are nothing known.
+/// Description of bytes of no known kind.
 pub(super) const NOT_AN_IMAGE: &str = "it is neither PNG nor JPEG nor WebP nor another picture that is read";
 
 impl ImageError {
@@ -284,7 +284,7 @@ mod tests {
         .into()
     }
 
-    /// What is said to be read is read, and nothing is read that is not said.
+    /// Formats that are said to be read are read, and no others.
     #[test]
     fn every_format_of_the_table_is_recognised() {
         for &format in FORMATS {

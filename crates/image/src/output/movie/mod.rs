@@ -130,7 +130,7 @@ mod tests {
         (pictures, encode_movie(&frames, &[40, 41, 42, 1000]).unwrap())
     }
 
-    /// What another decoder makes of the files.
+    /// Frames that another decoder finds in the files, and their delays.
     fn decoded<'a>(decoder: impl image::AnimationDecoder<'a>) -> Vec<(Vec<u8>, (u32, u32))> {
         let frames = decoder.into_frames().collect_frames().unwrap();
         let one = |f: &image::Frame| (f.buffer().as_raw().clone(), f.delay().numer_denom_ms());
@@ -156,7 +156,7 @@ mod tests {
         }
     }
 
-    /// Who knows no animation sees the first frame.
+    /// Programs that know no animation show the first frame.
     #[test]
     fn an_animated_png_is_a_png() {
         let (pictures, apng) = movie(MovieFormat::Apng, true);

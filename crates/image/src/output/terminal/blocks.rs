@@ -4,14 +4,15 @@ use super::super::DisplayImage;
 use super::shown;
 use std::io::Write;
 
-/// What is drawn in a cell: its colours, none where the terminal's background shows.
+/// Colours of a cell, none where the terminal's background shows.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 struct Colors {
     ink: Option<[u8; 3]>,
     paper: Option<[u8; 3]>,
 }
 
-/// Colours are told where they change; a line begins and ends with the terminal's own, so that lines can be moved and cut.
+/// Writes colours only where they change; a line begins and ends with the terminal's own, so that lines can be moved
+/// and cut.
 pub(super) fn encode(image: &DisplayImage) -> Vec<u8> {
     let mut out = Vec::with_capacity(image.pixels.len() * 12);
     for y in (0..image.height).step_by(2) {

@@ -11,7 +11,7 @@ mod sixel;
 use super::{DisplayImage, OutputError};
 use std::fmt;
 
-/// How a terminal is told of a picture.
+/// Protocol by which a picture is sent to a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum TerminalFormat {
@@ -65,7 +65,7 @@ impl fmt::Display for TerminalFormat {
     }
 }
 
-/// What a terminal is sent to show a picture where its cursor is.
+/// Encodes a picture as the bytes that show it at the cursor of a terminal.
 ///
 /// # Errors
 /// [`OutputError::Terminal`] if the picture is empty.

@@ -1,13 +1,13 @@
 //! A palette of a picture's colours by median cut, in integers alone: the same on every machine.
 
-/// A colour and how many pixels have it.
+/// Colour and the number of pixels that have it.
 type Entry = ([u8; 3], u64);
 
 /// The registers of a picture's colours.
 #[derive(Debug)]
 pub(super) struct Palette {
-    /// What each register is, the mean of the colours in it. The darkest is the first: decoders without transparency show that
-    /// one where nothing is drawn.
+    /// Colour of each register, the mean of the colours in it. The darkest is the first: decoders without transparency
+    /// show that one where nothing is drawn.
     pub(super) registers: Vec<[u8; 3]>,
     /// Every colour of the picture with its register, in the order of the colours.
     of_colors: Vec<([u8; 3], u8)>,

@@ -17,7 +17,7 @@ const MAX_TEXELS: f32 = 1_073_741_824.0;
 /// Largest number of probes.
 const MAX_PROBES: u32 = 16;
 
-/// How each lane is to be filtered.
+/// Filter of each lane: level of detail, and the probes along the footprint.
 #[derive(Clone, Copy)]
 pub(super) struct Probes<L: Lanes> {
     /// Level of detail: 0 and less is magnification.

@@ -9,16 +9,16 @@ use overcoat_scene::{Filter, MipFilter, Texture};
 /// Parts that are fetched before any is used: texels that are not in the cache come together.
 pub(super) const TOGETHER: usize = 2;
 
-/// What is read on the way to a texture's colour: room that is kept, since to clear it for each batch takes a fiftieth of a
+/// Texels on the way to a texture's colour: memory that is kept, since to clear it for each batch takes a fiftieth of a
 /// textured frame.
 pub struct Fetched<L: Lanes> {
     pub(super) parts: FetchedParts<L>,
-    /// What one of several probes finds in each texture.
+    /// Colours that one of several probes finds in each texture.
     pub(super) probe: [[L::F; 4]; MAX_TOGETHER],
 }
 
-/// Of the parts that are fetched together: where they lie, if no plan knows, and the texels of each texture as they lie in
-/// memory.
+/// Parts that are fetched together: the places of their texels, if no plan knows them, and the texels of each texture
+/// as they lie in memory.
 pub(super) struct FetchedParts<L: Lanes> {
     corners: [Corners<L>; TOGETHER],
     texels: [[[L::I; 4]; MAX_TOGETHER]; TOGETHER],
@@ -36,7 +36,7 @@ impl<L: Lanes> Fetched<L> {
     }
 }
 
-/// Which levels a fragment reads, and how.
+/// Mip levels that a fragment reads, and their weights.
 #[derive(Clone, Copy)]
 pub(super) struct Mips<L: Lanes> {
     /// The finest level of each lane.
@@ -45,13 +45,13 @@ pub(super) struct Mips<L: Lanes> {
     at_0: L::M,
     /// The level of all active lanes, if they have one: neighbouring fragments nearly always do.
     common: Option<i32>,
-    /// How far each lane is from there to the next coarser level.
+    /// Weight of the next coarser level for each lane, 0 to 1.
     fraction: L::F,
     /// Lanes that are magnified and need another filter for it.
     magnified: L::M,
-    /// What is to be read for some lane.
+    /// Parts that some lane reads, in the order of use.
     parts: [Part; 4],
-    /// How many they are.
+    /// Number of parts in use.
     count: usize,
 }
 
@@ -128,7 +128,7 @@ impl<L: Lanes> Mips<L> {
         Self { level, at_0, common, fraction, magnified, parts, count }
     }
 
-    /// What is to be read for some lane, in this order.
+    /// Parts that some lane reads, in this order.
     #[inline(always)]
     pub fn parts(&self) -> &[Part] {
         &self.parts[..self.count.min(self.parts.len())]
@@ -173,7 +173,7 @@ impl<L: Lanes> Mips<L> {
         }
     }
 
-    /// What was read so far, with one more part.
+    /// Adds the texel of one more part to the sum so far.
     #[inline(always)]
     fn add(&self, part: Part, texel: [L::F; 4], sum: [L::F; 4]) -> [L::F; 4] {
         each!(n => match part {
@@ -185,7 +185,7 @@ impl<L: Lanes> Mips<L> {
         })
     }
 
-    /// Where the texels of a part lie, for coordinates that [`wrap`] gave.
+    /// Places of a part's texels, for coordinates that [`wrap`] gave.
     #[inline(always)]
     pub fn corners(&self, l: L, texture: &Texture, wrapped: [L::F; 2], part: Part) -> Corners<L> {
         let (levels, filter) = self.levels(l, texture, part);

@@ -1,4 +1,4 @@
-//! Which rows of textures fragments read, where only some are there.
+//! Requests for rows of textures of which only some are resident.
 
 use super::mips::Mips;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
@@ -19,8 +19,8 @@ struct Run {
     to: f32,
 }
 
-/// Asks textures that are read alike for the rows that active lanes read: around `v`, up to `reach` away, of the levels of
-/// `mips`. Neighbouring lanes are taken together, so a few rows are asked for in vain.
+/// Requests the rows that active lanes read, for textures that are read alike: around `v`, up to `reach` away, of the
+/// levels of `mips`. Neighbouring lanes are taken together, so a few rows are asked for in vain.
 #[inline(always)]
 pub(super) fn ask<L: Lanes>(textures: &[&Texture], mips: &Mips<L>, (v, reach): (L::F, L::F), active: L::M) {
     let Some(&first) = textures.first() else { return };
@@ -52,7 +52,7 @@ pub(super) fn ask<L: Lanes>(textures: &[&Texture], mips: &Mips<L>, (v, reach): (
     }
 }
 
-/// Asks for the rows of a run: of its level and, where levels are blended, of the next.
+/// Requests the rows of a run: of its level and, where levels are blended, of the next.
 #[inline(never)]
 fn ask_for(textures: &[&Texture], Run { level, from, to }: Run) {
     let Some(&first) = textures.first() else { return };
@@ -103,7 +103,7 @@ fn ask_for(textures: &[&Texture], Run { level, from, to }: Run) {
     }
 }
 
-/// Asks for rows of a level.
+/// Requests for rows of a level.
 struct Asking<'a> {
     textures: &'a [&'a Texture],
     level: usize,
@@ -112,7 +112,7 @@ struct Asking<'a> {
 }
 
 impl Asking<'_> {
-    /// Asks for the rows from one to another.
+    /// Requests the rows from one to another.
     fn ask(&mut self, from: u32, to: u32) {
         for band in from >> BAND_SHIFT..=to >> BAND_SHIFT {
             if band == self.last {

@@ -60,8 +60,8 @@ pub(super) struct LevelLanes<'a, L: Lanes> {
     width: L::I,
     height: L::I,
     offset: L::I,
-    /// Where only some rows are there: what takes texels of each band of rows to their places in place of the offset, and the
-    /// first band of the level.
+    /// For levels of which only some rows are there: offsets by band of rows, each of which takes the place of
+    /// `offset`, and the number of the level's first band.
     bands: Option<(&'a [[u8; 4]], L::I)>,
 }
 
@@ -103,7 +103,8 @@ impl<'a, L: Lanes> LevelLanes<'a, L> {
         }
     }
 
-    /// The upper and the lower row that a filter reads at the wrapped coordinate `v`, and how far it is from one to the other.
+    /// Upper and lower row that a filter reads at the wrapped coordinate `v`, and the weight of the lower one, which
+    /// has no meaning if the nearest is read.
     #[inline(always)]
     fn rows(&self, v: L::F, sampler: &Sampler, filter: Filter) -> ([L::I; 2], L::F) {
         let v = v * self.height.to_float();
@@ -116,7 +117,7 @@ impl<'a, L: Lanes> LevelLanes<'a, L> {
         }
     }
 
-    /// Where a row begins.
+    /// Index of a row's first texel in the packed texels.
     #[inline(always)]
     fn start(&self, l: L, row: L::I) -> L::I {
         let place = match self.bands {
@@ -127,7 +128,7 @@ impl<'a, L: Lanes> LevelLanes<'a, L> {
     }
 }
 
-/// Where the texels lie that a filter combines, and how far each lane is from one to the next: the same in all textures
+/// Places of the texels that a filter combines, and the position of each lane between them: the same in all textures
 /// that are read alike.
 #[derive(Clone, Copy)]
 pub(super) struct Corners<L: Lanes> {
@@ -137,16 +138,16 @@ pub(super) struct Corners<L: Lanes> {
     are_pairs: bool,
     /// Upper left, lower left; upper right and lower right, unless they are pairs.
     index: [L::I; 4],
-    /// What the texels weigh.
+    /// Filter weights of the texels.
     pub weights: Weights<L>,
 }
 
-/// How texels are combined.
+/// Filter weights: one texel alone, or four of them bilinearly.
 #[derive(Clone, Copy)]
 pub(super) struct Weights<L: Lanes> {
     /// One texel a lane and not four.
     is_one: bool,
-    /// How far to the right, and down.
+    /// Bilinear weights of the right texels and of the lower ones, 0 to 1.
     fractions: [L::F; 2],
 }
 
@@ -157,7 +158,7 @@ impl<L: Lanes> Corners<L> {
         Self { is_0: true, are_pairs: false, index: [l.splat_i(0); 4], weights: Weights::one(l) }
     }
 
-    /// Those of coordinates that [`wrap`] gave.
+    /// Texels of coordinates that [`wrap`] gave.
     #[inline(always)]
     pub fn new(
         l: L,
@@ -242,8 +243,8 @@ impl<L: Lanes> Corners<L> {
         )
     }
 
-    /// Asks the processor for the left texels of the upper rows, or of both `rows`, in textures: the right ones are beside
-    /// them. Changes no result.
+    /// Prefetches the left texels of the upper rows, or of both `rows`, in textures: the right ones are beside them.
+    /// Changes no result.
     ///
     /// Every lane's, although neighbours often share a cache line: with every other one, fetching took half as long again.
     #[inline(always)]
@@ -271,7 +272,7 @@ impl<L: Lanes> Weights<L> {
         Self { is_one: true, fractions: [l.zero(); 2] }
     }
 
-    /// What the filter makes of texels that [`Corners::fetch`] found in a texture, in the unit of [`finish`].
+    /// Applies the filter to texels that [`Corners::fetch`] found in a texture, in the unit of [`finish`].
     #[inline(always)]
     pub fn filter(self, l: L, texture: &Texture, texels: [L::I; 4]) -> [L::F; 4] {
         let [r, g, b] = match texture.color_space() {
@@ -338,8 +339,8 @@ fn wrap_coordinate<F: Float>(u: F, wrap: Wrap) -> F {
     }
 }
 
-/// The two texels between whose centres a position (in texels, 0 to `size`) lies, and how far it is from the first
-/// to the second.
+/// Indices of the two texels between whose centres a position (in texels, 0 to `size`) lies, and the weight of the
+/// second.
 #[inline(always)]
 fn neighbours<F: Float>(position: F, size: F::I, wrap: Wrap) -> ([F::I; 2], F) {
     let x = position - 0.5;

@@ -85,8 +85,8 @@ impl AdditiveModel for Babylon {
     }
 }
 
-/// What the coat's medium leaves of light that crosses it once, straight, as Babylon's tint at its distance of 1. The
-/// material's colour is that of both ways.
+/// Transmittance of the coat's medium for light that crosses it once, straight, as Babylon's tint at its distance of 1.
+/// The material's colour is that of crossing it twice.
 #[inline(always)]
 fn tint<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Option<Tint<L>> {
     let CoatMedium { color, thickness, extinction, .. } = &material.lobes.coat;

@@ -85,7 +85,7 @@ impl AdditiveModel for Gltf {
     }
 }
 
-/// What is reflected of the environment, by samples.
+/// Reflection of the environment, by samples.
 #[inline(never)]
 fn sampled_environment<L: Lanes>(l: L, source: &Source<'_, L>, layers: &gltf::Surface<L>) -> V3<L> {
     let single = source.material.options.gltf.single_scattering;

@@ -23,7 +23,7 @@ use overcoat_shading::coat::filament::Quality;
 use overcoat_shading::coat::gltf::{Coat, Iridescence, Sheen};
 use overcoat_shading::coat::urp::UrpVersion;
 
-/// What `$body` makes of the [`Model`] `$of` that stands for a [`ShadingModel`].
+/// Evaluates `$body` with `$of` as the [`Model`] that stands for a [`ShadingModel`].
 macro_rules! registered {
     ($model:expr, $of:ident => $body:expr) => {
         registered!(@ $model, $of, $body,
@@ -74,12 +74,12 @@ pub(super) fn radiance<L: Lanes>(
     registered!(shading, of => model::radiance(l, of, context, material, planes))
 }
 
-/// What a fragment of a model takes: see [`Model::cost`](model::Model::cost).
+/// Cost of a fragment of a model: see [`Model::cost`](model::Model::cost).
 pub(super) fn cost(shading: ShadingModel) -> [u64; 4] {
     registered!(shading, of => model::Model::cost(of))
 }
 
-/// How a model's roughness grows: see [`Model::normal_filtering`](model::Model::normal_filtering).
+/// Filter by which a model's roughness grows: see [`Model::normal_filtering`](model::Model::normal_filtering).
 pub(super) fn normal_filtering(shading: ShadingModel) -> NormalFiltering {
     registered!(shading, of => model::Model::normal_filtering(of))
 }
@@ -143,8 +143,8 @@ impl<L: Lanes> MetallicBase<L> {
     }
 }
 
-/// What lies above a base in the terms of glTF's extensions, for models that take it as it is: `None` where the material has no
-/// such layer.
+/// Layers above a base in the terms of glTF's extensions, for models that take them as they are: `None` where the
+/// material has no such layer.
 #[derive(Clone, Copy)]
 struct LayersAbove<L: Lanes> {
     coat: Option<Coat<L>>,
@@ -190,7 +190,7 @@ fn has_coat_normal(material: &Material) -> bool {
         || material.has_scratches()
 }
 
-/// What HDRP takes as thickness of a film, 0 to 1, from nanometres: 1 stands for 3 micrometres.
+/// Film thickness of HDRP, 0 to 1, from nanometres: 1 stands for 3 micrometres.
 #[inline(always)]
 fn hdrp_film_thickness<L: Lanes>(surface: &Surface<L>) -> L::F {
     (surface.lobes.iridescence_thickness * (1.0 / 3000.0)).saturate()

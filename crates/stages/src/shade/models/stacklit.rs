@@ -208,8 +208,8 @@ fn surface_data<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Su
     }
 }
 
-/// What area lights see of the lobes: isotropic ones are as rough as the material states them and not as they are seen
-/// through the coat, as in the original; nothing of ambient occlusion.
+/// Lobes as area lights see them: isotropic ones are as rough as the material states them and not as they are seen
+/// through the coat, as in the original; ambient occlusion does not apply.
 #[inline(always)]
 fn near_lobes<L: Lanes>(l: L, pre: &PreLight<L>) -> PreLight<L> {
     let one = l.splat(1.0);

@@ -22,14 +22,15 @@ const TURN: [[f32; 3]; 3] = [
 /// Largest index of a cell that is told from its neighbours; single precision has no more.
 const FARTHEST: f32 = 8e6;
 
-/// By how much the transition from one cell to the next is shorter than the footprint. Where two flakes meet their mean is no flake, but
-/// a rough surface between them, which is seen from more sides than either: long transitions would outline every flake.
+/// Factor by which the transition from one cell to the next is shorter than the footprint. Where two flakes meet their
+/// mean is no flake, but a rough surface between them, which is seen from more sides than either: long transitions
+/// would outline every flake.
 const SHARPNESS: f32 = 2.0;
 
 /// Largest width of a footprint, in cells.
 const WIDEST: f32 = 1_048_576.0;
 
-/// Where sixteen fragments are in a grid, and how wide their footprints are there.
+/// Positions of sixteen fragments in a grid, and the widths of their footprints there.
 #[derive(Clone, Copy)]
 pub(super) struct Footprint<L: Lanes> {
     /// In cells.
@@ -39,7 +40,8 @@ pub(super) struct Footprint<L: Lanes> {
 }
 
 impl<L: Lanes> Footprint<L> {
-    /// Of a place in object space, its changes from pixel to pixel, and what turns lengths there into cells.
+    /// Footprint of a place in object space, from its changes per pixel and the number of cells per unit of length
+    /// there.
     ///
     /// The width is that of a square of the same area, and of a long footprint no less than half its length: samples that lie
     /// further apart than they are wide would flicker in motion.
@@ -67,7 +69,7 @@ impl<L: Lanes> Footprint<L> {
 pub(super) struct Hash<I>(I);
 
 impl<I: Int> Hash<I> {
-    /// Of a cell of one of several grids.
+    /// Hash of a cell of one of several grids.
     #[inline(always)]
     pub(super) fn new([x, y, z]: [I; 3], grid: I) -> Self {
         let h = (x * 73_856_093) ^ (y * 19_349_663) ^ (z * 83_492_791) ^ (grid * 0x3c6e_f372);
@@ -90,8 +92,8 @@ impl<I: Int> Hash<I> {
         (self.0.shr_logical(8)).to_float() * (1.0 / 16_777_216.0)
     }
 
-    /// Of mean 0 and variance 1, near to a Gaussian, up to [`LARGEST_DEVIATION`]: a sum of four bytes, stretched by as much as it lacks
-    /// in the tails (Cornish and Fisher 1938, the term of the fourth cumulant).
+    /// Deviate of mean 0 and variance 1, near to a Gaussian, up to [`LARGEST_DEVIATION`]: a sum of four bytes,
+    /// stretched by as much as it lacks in the tails (Cornish and Fisher 1938, the term of the fourth cumulant).
     #[inline(always)]
     pub(super) fn deviation(self) -> I::F {
         let pairs = (self.0 & 0x00ff_00ff) + (self.0.shr_logical(8) & 0x00ff_00ff);
@@ -102,7 +104,7 @@ impl<I: Int> Hash<I> {
     }
 }
 
-/// What a sum of four even numbers lacks in kurtosis.
+/// Kurtosis that a sum of four uniform numbers lacks to be a Gaussian's.
 const KURTOSIS: f32 = 0.3;
 
 /// Largest value of [`Hash::deviation`].
@@ -148,7 +150,7 @@ impl<L: Lanes> Corners<L> {
     }
 }
 
-/// The grid whose cells are as wide as a footprint, and how far that is on the way to the next.
+/// Grid whose cells are as wide as a footprint, and the share of it against the next.
 #[derive(Clone, Copy)]
 pub(super) struct Level<L: Lanes> {
     /// Number of the grid: its cells are 2^that as wide.
@@ -157,7 +159,7 @@ pub(super) struct Level<L: Lanes> {
     pub(super) inverse: L::F,
     /// Share of this grid.
     pub(super) share: L::F,
-    /// By how much cells are larger than the transitions between them.
+    /// Factor by which cells are larger than the transitions between them.
     pub(super) sharpness: L::F,
 }
 

@@ -1,10 +1,10 @@
-//! What makes a coat less than a mirror: the waves of orange peel, and scratches.
+//! Imperfections of a coat: the waves of orange peel, and scratches.
 
 use super::cells::{Corners, Footprint, Hash};
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// Waves of two lengths: how much longer the second are, and their share of the variance of slopes.
+/// Waves of two lengths: factor of the length, and share of the variance of slopes.
 const OCTAVES: [(f32, f32); 2] = [(1.0, 0.7), (2.7, 0.3)];
 
 /// Slopes of the waves at sixteen footprints.
@@ -68,10 +68,10 @@ pub(super) struct Scratches<L: Lanes> {
 /// Scratches in one cell.
 const PER_CELL: usize = 3;
 
-/// How steep walls are.
+/// Slope of the walls of scratches.
 const STEEPNESS: f32 = 0.35;
 
-/// Perceptual roughness that walls have at least.
+/// Least perceptual roughness of the walls.
 pub(super) const WALL_ROUGHNESS: f32 = 0.4;
 
 /// Looks at scratches as long as a cell, which together cover this share of the surface.

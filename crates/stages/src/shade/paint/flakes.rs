@@ -1,4 +1,4 @@
-//! Flakes in sixteen footprints: how many there are, where they face on average, and how far they stray from that.
+//! Flakes in sixteen footprints: their number, their mean normal, and how far normals stray from it.
 //!
 //! The flakes of a footprint are shaded as one surface of rough metal: its normal is the mean of theirs, and its roughness is that
 //! of each flake and of what their normals vary within the footprint (after Olano and Baker 2010, "LEAN Mapping"). So one flake
@@ -16,7 +16,7 @@ use overcoat_scene::Flakes;
 pub(super) struct Seen<L: Lanes> {
     /// Share of the footprint that they cover, 0 to 1.
     pub(super) share: L::F,
-    /// Which way they lie on average: a Gaussian of variance 1 in each component, in the object's space.
+    /// Mean direction of the flakes: a Gaussian of variance 1 in each component, in the object's space.
     pub(super) deviation: V3<L>,
     /// Share of the variance of all flakes that is left within the footprint, 0 (one flake) to 1 (all there are).
     pub(super) variance: L::F,

@@ -25,7 +25,7 @@ use overcoat_shading::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescenc
 /// Index of refraction of what flakes lie in.
 const PAINT_IOR: f32 = 1.5;
 
-/// How many surfaces a fragment may be a mix of.
+/// Largest number of surfaces that a fragment may be a mix of.
 pub(super) const SURFACES: usize = 4;
 
 /// True of materials that are shaded as a mix.
@@ -61,7 +61,7 @@ pub(super) fn surfaces(material: &Material) -> u64 {
     if has_scratches(material) { 2 * flakes } else { flakes }
 }
 
-/// Where sixteen fragments are on their objects.
+/// Positions of sixteen fragments on their objects.
 struct Ground<'a, L: Lanes> {
     context: &'a ShadeContext<'a>,
     batch: &'a Batch,
@@ -69,7 +69,7 @@ struct Ground<'a, L: Lanes> {
     place: V3<L>,
     /// Its change per pixel to the right and per pixel down.
     change: [V3<L>; 2],
-    /// By how much objects are scaled.
+    /// Factor by which objects are scaled.
     scale: L::F,
 }
 
@@ -145,7 +145,8 @@ pub(super) fn store<L: Lanes>(
     }
 }
 
-/// Where normals vary within a pixel, flakes are rougher by as much as everything else: `change` is added to the square of alpha.
+/// Roughens flakes where normals vary within a pixel, by as much as everything else: `change` is added to the square of
+/// alpha.
 #[inline(always)]
 pub(super) fn store_filtered<L: Lanes>(
     l: L,

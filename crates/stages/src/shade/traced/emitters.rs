@@ -16,7 +16,7 @@ const MOST: usize = 1024;
 /// met often, and much of them cannot be seen from one place.
 const LARGEST: f32 = 0.02;
 
-/// What a ray of a wide reflection brings of a lamp at the most, as a radiance: diffuse light has all of it, and a few such rays
+/// Largest radiance that a ray of a wide reflection brings of a lamp: diffuse light has all of it, and a few such rays
 /// would show as single bright pixels.
 const BRIGHTEST: f32 = 4.0;
 
@@ -28,7 +28,7 @@ const STEPS: [u32; 3] = [0xd1b5_4a33, 0xabc9_8389, 0x8cb9_2ba7];
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Emitters {
     triangles: Vec<Emitter>,
-    /// Of all.
+    /// Sum of all powers.
     power: f32,
     /// For each material, the area of its surfaces as long as they are counted, and then whether it is looked for: 1 or 0.
     materials: Vec<f32>,
@@ -39,7 +39,7 @@ pub struct Emitters {
 struct Emitter {
     corner: [f32; 3],
     edges: [[f32; 3]; 2],
-    /// Of unit length, to the side that shines.
+    /// Unit normal, on the side that shines.
     normal: [f32; 3],
     area: f32,
     two_sided: bool,
@@ -50,7 +50,7 @@ struct Emitter {
 }
 
 impl Emitters {
-    /// Whether a material shines all over alike.
+    /// True if a material shines all over alike.
     #[must_use]
     pub fn shines(material: &Material) -> bool {
         material.emissive != [0.0; 3] && material.emissive_texture.is_none() && !material.unlit
@@ -70,7 +70,7 @@ impl Emitters {
         self.triangles.is_empty()
     }
 
-    /// Whether surfaces of a material are looked for.
+    /// True if surfaces of a material are looked for.
     #[inline(always)]
     pub(super) fn has(&self, material: u32) -> bool {
         !self.is_empty() && self.materials[material as usize] > 0.0
@@ -120,8 +120,8 @@ impl Emitters {
         true
     }
 
-    /// What is left of the radiance of a hit of a surface that is looked for: of diffuse rays all but its own light, and of that of
-    /// wide reflections as much as does no harm.
+    /// Radiance of a hit on a surface that is looked for, without the emission that is counted there: for diffuse rays
+    /// without all of its own light, for wide reflections without what exceeds [`BRIGHTEST`].
     #[inline(always)]
     pub(super) fn without_own(radiance: [f32; 3], material: &Material, is_diffuse: bool) -> [f32; 3] {
         let most = if is_diffuse { 0.0 } else { BRIGHTEST };
@@ -164,7 +164,7 @@ pub(super) struct LitPlace {
 const FEWEST: u32 = 16;
 
 impl TracedLight<'_> {
-    /// How many rays a fragment sends to what shines.
+    /// Number of rays that a fragment sends to what shines.
     #[must_use]
     pub fn emitter_rays(&self) -> u32 {
         let count = (self.samples.len() as u32).max(FEWEST);

@@ -1,4 +1,4 @@
-//! What rays have found, as sums.
+//! Light that rays have found, as sums.
 
 use super::TracedLobe;
 use crate::gbuffer::layout::SurfacePlanes;
@@ -13,10 +13,10 @@ use overcoat_scene::Material;
 /// of lamps (3) and how many have looked for it (1).
 const SUMS: usize = 12;
 
-/// Which of them rays into a lobe have found.
+/// Sums of each lobe that come from rays into it.
 const OF_RAYS: [std::ops::Range<usize>; TracedLobe::COUNT] = [0..5, 0..11, 0..11];
 
-/// Which of those of diffuse lobes are of the light of lamps.
+/// Sums of diffuse lobes that are of the light of lamps.
 const OF_LAMPS: std::ops::Range<usize> = 5..9;
 
 /// Sums over the rays of each lobe of a fragment. Those of fragments that are alike may be added.
@@ -57,7 +57,7 @@ impl Found {
         sums[3] += weight;
     }
 
-    /// Whether a lobe has sent rays.
+    /// True if a lobe has sent rays.
     #[inline(always)]
     #[must_use]
     pub fn has_sent(&self, lobe: TracedLobe) -> bool {
@@ -142,13 +142,14 @@ fn transposed<L: Lanes>(l: L, lobe: TracedLobe, found: &[Found; LANES]) -> Sums<
     Sums { sent: vector(0), hit: l.load(&rows[3]), weight: l.load(&rows[4]), all: vector(5), open: vector(8) }
 }
 
-/// How many rays the estimate of the maps counts for beside those that hit something.
+/// Number of rays that the estimate of the maps counts for beside those that hit something.
 const PRIOR: f32 = 0.25;
 
-/// From which alpha on the maps have a say about a lobe, for each ray that it has, and over how much of alpha it becomes all.
+/// Alpha from which on the maps have a say about a lobe, for each ray that it has, and the span of alpha over which it
+/// becomes all.
 const SHARP: [f32; 2] = [0.02, 0.3];
 
-/// So many rays a lobe is taken to have at least: one alone is right in a mirror.
+/// Least number of rays that a lobe counts as: one alone is right in a mirror.
 const FEWEST: f32 = 4.0;
 
 /// Writes what the rays of a lobe have found.

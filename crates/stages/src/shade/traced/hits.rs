@@ -1,4 +1,4 @@
-//! What rays have hit, and what it sends back.
+//! Hits of rays, and the light that they send back.
 
 use super::{Emitters, Found, TraceScratch, TracedLight, TracedLobe, each_of};
 use crate::gbuffer::Batch;
@@ -13,7 +13,7 @@ pub(super) struct RayHit {
     /// The fragment that has sent it, by its place among what is found.
     pub(super) sender: u32,
     pub(super) lobe: TracedLobe,
-    /// Which part of the maps it is lit by.
+    /// Part of the maps that it is lit by.
     pub(super) part: u8,
     pub(super) weight: f32,
     pub(super) direction: [f32; 3],
@@ -32,8 +32,8 @@ const ALL: u8 = u8::MAX;
 const DIRECTIONS: usize = 32;
 
 impl TracedLight<'_> {
-    /// Into how many parts the maps are divided: each enough for the rough idea that wide lobes want of what shines on one hit
-    /// of many.
+    /// Number of parts that the maps are divided into: each enough for the rough idea that wide lobes want of the light
+    /// on one hit of many.
     fn parts(&self) -> usize {
         (self.occlusion.lights.len() / DIRECTIONS).clamp(1, usize::from(ALL))
     }
@@ -106,8 +106,8 @@ impl TracedLight<'_> {
         hits.clear();
     }
 
-    /// Puts up to sixteen hits into a batch: their weights, how much of their triangles a ray stands for, and from where they
-    /// are seen.
+    /// Gathers up to sixteen hits in a batch: their weights, the footprint of a ray on their triangles, and the
+    /// viewpoints.
     #[inline(always)]
     fn gather<L: Lanes>(
         &self,

@@ -1,4 +1,4 @@
-//! The lobes of a surface that send rays, and how many.
+//! Lobes of a surface that send rays, and the number of rays.
 
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
 use crate::shade::record::{get, get_vector};
@@ -20,10 +20,10 @@ pub enum TracedLobe {
 impl TracedLobe {
     /// All of them.
     pub const ALL: [Self; Self::COUNT] = [Self::Diffuse, Self::Base, Self::Coat];
-    /// How many there are.
+    /// Number of lobes.
     pub const COUNT: usize = 3;
 
-    /// Those that surfaces of a material have.
+    /// Lobes that surfaces of a material have.
     #[must_use]
     pub fn of(material: &Material) -> &'static [Self] {
         match material.coat > 0.0 {
@@ -62,8 +62,8 @@ impl TracedLobe {
         }
     }
 
-    /// How many of `most` rays it sends: none where the maps find nothing in the way or it shows nothing, few into narrow ones
-    /// and those that show little.
+    /// Number of rays that it sends, of `most`: none where the maps find nothing in the way or it shows nothing, few
+    /// into narrow ones and those that show little.
     #[inline(always)]
     pub(super) fn wanted<L: Lanes>(
         self,
@@ -90,7 +90,7 @@ impl TracedLobe {
 /// Lobes of less than this alpha send fewer rays than others: in a mirror all are the same.
 const FEW: f32 = 0.05;
 
-/// What lobes of more than this alpha meet is lit by a part of the maps, one ray by one part and another by another.
+/// Alpha above which the hits of a lobe are lit by a part of the maps, one ray's by one part and another's by another.
 pub(super) const NARROW: f32 = 0.2;
 
 /// Inverse of the share that lobes show from which on they send all their rays: of diffuse ones, and of reflections, whose light
@@ -100,7 +100,8 @@ const ALL_RAYS: [f32; 2] = [2.0, 8.0];
 /// Lobes that show less of the light send no rays.
 const LEAST_SHOWN: f32 = 0.01;
 
-/// Which share of the light in a lobe is seen, about: the largest of red, green and blue of what the surface reflects of it.
+/// Share of the light in a lobe that is seen, about: the largest of red, green and blue of the surface's reflectance
+/// for it.
 #[inline(always)]
 fn weight_in_picture<L: Lanes>(l: L, lobe: TracedLobe, material: &Material, planes: &SurfacePlanes) -> L::F {
     let largest = |color: V3<L>| color.x.max(color.y).max(color.z);

@@ -31,7 +31,7 @@ use overcoat_core::math::triple::dot;
 use overcoat_core::math::vec3::Vec3;
 use overcoat_scene::{AlphaMode, Material};
 
-/// What rays meet in a scene.
+/// Scene that rays are traced in.
 #[derive(Clone, Copy, Debug)]
 pub struct TracedLight<'a> {
     /// The triangles.
@@ -44,13 +44,13 @@ pub struct TracedLight<'a> {
     pub samples: &'a LobeSamples,
     /// Length below which distances mean nothing.
     pub epsilon: f32,
-    /// What of the triangles shines.
+    /// Triangles that shine.
     pub emitters: &'a Emitters,
-    /// What light reaches the places that are hit.
+    /// Occlusion of the environment at the places that are hit.
     pub occlusion: LightOcclusion<'a>,
 }
 
-/// Those of whom rays are sent.
+/// Fragments that send rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Senders<'a> {
     /// For each of up to sixteen fragments of a material, its place among what is found.
@@ -71,7 +71,7 @@ pub struct TraceScratch {
 }
 
 impl TraceScratch {
-    /// How many hits wait for [`TracedLight::shade_hits`].
+    /// Number of hits that wait for [`TracedLight::shade_hits`].
     #[must_use]
     pub fn waiting(&self) -> usize {
         self.hits.len()
@@ -123,7 +123,7 @@ impl TracedLight<'_> {
         }
     }
 
-    /// How far apart the rays of a lobe are, as an angle: about the square root of the part of it that each stands for.
+    /// Angle between neighbouring rays of a lobe: about the square root of the part of it that each stands for.
     #[inline(always)]
     fn spread<L: Lanes>(&self, l: L, lobe: TracedLobe, planes: &SurfacePlanes) -> [f32; LANES] {
         let each = 1.5 / (self.samples.len() as f32).sqrt();

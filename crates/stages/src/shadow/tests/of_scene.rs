@@ -1,4 +1,4 @@
-//! What of scenes blocks light.
+//! Tests of the occluders of scenes.
 
 use crate::shadow::Blockers;
 use overcoat_core::jobs::Jobs;
