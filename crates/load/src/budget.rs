@@ -1,4 +1,4 @@
-//! How much memory a file has been granted so far.
+//! Budget of memory: bytes granted to a file so far, held against its limit.
 use overcoat_core::limits::{LimitExceeded, Limits};
 
 /// From so many bytes on the system is asked whether it has them.

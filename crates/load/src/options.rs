@@ -1,4 +1,4 @@
-//! What of a file is loaded, where it offers a choice.
+//! Choices among the contents of a file: what is loaded where it offers several things.
 use super::LoadError;
 use overcoat_scene::{Axis, Orientation};
 

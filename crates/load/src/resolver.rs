@@ -20,7 +20,7 @@ pub enum ResolveError {
     Unreadable {
         /// The reference as written.
         name: String,
-        /// What the system says.
+        /// Message of the operating system.
         reason: String,
     },
     /// It is larger than allowed.

@@ -108,7 +108,7 @@ fn batches(mesh: &MeshData) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// What MikkTSpace sees of a mesh.
+/// Mesh as MikkTSpace sees it.
 struct Batch<'a> {
     mesh: &'a MeshData,
     uvs: &'a [[f32; 2]],
@@ -119,7 +119,7 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// What a list has for a corner. The algorithm asks for no corner that does not exist, which would get zeros.
+    /// Value of a corner in a list. The algorithm asks for no corner that does not exist; such ones would get zeros.
     fn of_corner<const N: usize>(&self, list: &[[f32; N]], face: usize, corner: usize) -> [f32; N] {
         let vertex = || {
             let triangle = self.mesh.triangles.get(*self.triangles.get(face)? as usize)?;

@@ -7,7 +7,7 @@ use overcoat_image::decode::in_quotes;
 #[derive(Clone, Debug)]
 pub(super) struct Tokens<'a> {
     bytes: &'a [u8],
-    /// What has not been read of them.
+    /// Bytes that have not been read so far.
     rest: &'a [u8],
 }
 
@@ -58,7 +58,7 @@ impl<'a> Tokens<'a> {
     }
 }
 
-/// How many bytes there are before white space.
+/// Number of bytes before white space.
 #[inline(always)]
 fn token_length(bytes: &[u8]) -> usize {
     let mut rest = bytes;
@@ -81,7 +81,7 @@ fn token_length(bytes: &[u8]) -> usize {
     length_before(bytes, rest).saturating_add(length)
 }
 
-/// How many bytes of a text there are before its last part.
+/// Number of bytes of a text before its last part.
 #[inline(always)]
 pub(super) fn length_before(text: &[u8], last: &[u8]) -> usize {
     text.len().saturating_sub(last.len())

@@ -30,7 +30,7 @@ pub(super) enum Pick {
 }
 
 impl Pick {
-    /// How many.
+    /// Number of picked elements.
     pub(super) fn len(&self) -> usize {
         match self {
             Self::Range(range) => range.len(),
@@ -383,7 +383,8 @@ fn is_plain(same_type: bool, stride: NonZeroUsize, size: usize) -> bool {
     same_type && stride.get() == size && cfg!(target_endian = "little")
 }
 
-/// Where element number `first` of a file begins. A place that has no number is behind the end of every file.
+/// Byte offset of element number `first` of a file. It saturates on overflow, and thus lies behind the end of every
+/// file.
 fn place(first: usize, stride: NonZeroUsize) -> u64 {
     (first as u64).saturating_mul(stride.get() as u64)
 }

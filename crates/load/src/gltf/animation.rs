@@ -19,7 +19,7 @@ use overcoat_core::suggest::{nearest_name, suggestion};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What an animation is about to change.
+/// Channels of an animation that can be played, before their key frames are read.
 pub(super) struct Channels {
     /// Number of the animation.
     index: usize,
@@ -101,7 +101,7 @@ pub(super) fn channels(
     Ok(Channels { index, list })
 }
 
-/// What a channel changes; nothing, or why that cannot be played.
+/// Target of a channel; `None` if it animates nothing. The error says why it cannot be played.
 fn target(root: &Root, channel: &model::Channel) -> Result<Option<Target>, String> {
     let given = &channel.target;
     let target = match given.path.as_str() {
@@ -136,7 +136,7 @@ fn target(root: &Root, channel: &model::Channel) -> Result<Option<Target>, Strin
 }
 
 impl Channels {
-    /// What is changed.
+    /// Animated properties, in the order of the channels.
     pub(super) fn targets(&self) -> impl Iterator<Item = Target> {
         self.list.iter().map(|(_, target, _)| *target)
     }
@@ -288,7 +288,7 @@ impl Animation {
         std::iter::once(0.0).chain(all.into_iter().skip(skipped).step_by(step)).collect()
     }
 
-    /// What it has changed at a time.
+    /// Values of all animated properties at a time in seconds.
     pub(super) fn pose(&self, time: f64) -> Pose {
         let mut pose = Pose::default();
         for (target, curve) in &self.tracks {

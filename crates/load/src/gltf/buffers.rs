@@ -1,4 +1,4 @@
-//! Where the bytes are: buffers, buffer views and URIs.
+//! Access to binary data: buffers, buffer views and URIs.
 
 use super::FORMAT;
 use super::list::Index;
@@ -32,12 +32,12 @@ pub(super) struct Buffers<'a> {
     held: Vec<(u64, Vec<u8>)>,
     /// Compressed views that something needs.
     compressed: BTreeMap<Index, Decompressed>,
-    /// Those of them that have not been decompressed so far.
+    /// Compressed views that have not been decompressed so far.
     pending: Vec<Index>,
-    /// What is said of buffers that have fewer bytes than they say, and of views that reach beyond them.
+    /// Warnings about buffers that are shorter than they say, and about views that reach beyond their buffer.
     short: Vec<String>,
     nearby: Nearby,
-    /// What is to be said of where files were found.
+    /// Warnings about files that were found at another place than the document names.
     pub(super) notes: Vec<String>,
 }
 
@@ -131,7 +131,7 @@ impl<'a> Buffers<'a> {
         Ok(())
     }
 
-    /// How a view is compressed, if it is. The fallback that such a view has in its place is not read.
+    /// Compression of a view, if it has any. The uncompressed fallback of such a view is never read.
     fn compression(&self, view: Index) -> Option<&'a Compressed> {
         let extensions = self.root.buffer_views.get(view.get())?.extensions.as_deref()?;
         extensions.khr_meshopt.as_ref().or(extensions.ext_meshopt.as_ref())

@@ -41,7 +41,7 @@ pub(super) struct Content {
     pub node: usize,
 }
 
-/// Where the nodes of a [`Tree`] are, by place.
+/// World transforms and visibility of the nodes of a [`Tree`], in its order.
 pub(super) struct Places {
     list: Vec<Placed>,
 }
@@ -175,7 +175,7 @@ impl Tree {
         path
     }
 
-    /// Where every node is in a pose, seen from `origin`.
+    /// World transforms and visibility of all nodes in a pose, relative to `origin`.
     ///
     /// # Errors
     /// [`LoadError::Scene`] naming a visible node whose transform overflows.

@@ -86,7 +86,7 @@ use texture::{Decoded, Encoded, Textures};
 /// The format in messages.
 const FORMAT: &str = "glTF";
 
-/// What is read of a file beside what its pictures need.
+/// Extent of reading: pictures alone need less than a list of contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Pictures only.
@@ -537,14 +537,14 @@ fn place(textures: &mut [Option<Texture>], list: Vec<(u32, Texture)>) {
     }
 }
 
-/// What one parallel job does.
+/// Input of a parallel job.
 enum Work<'a> {
     Image(&'a Encoded),
     /// Its triangles and vertices are taken out by the job that reads it.
     Mesh(&'a Geometry, Mutex<Option<(Topological, Pick)>>),
 }
 
-/// What one parallel job gives.
+/// Result of a parallel job.
 enum Part {
     /// Or why it cannot be decoded.
     Image(Result<Decoded, String>),

@@ -8,7 +8,7 @@ pub(super) struct Repaired {
 }
 
 impl Repaired {
-    /// What was done: one line.
+    /// Description of the repair: one line.
     pub(super) fn message(&self) -> &'static str {
         if self.replaced {
             "JSON: text that is not Unicode is read with U+FFFD in it"

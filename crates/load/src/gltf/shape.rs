@@ -21,7 +21,7 @@ const MAX_COLOR: f32 = 65504.0;
 pub(super) struct Shape {
     /// As it is stored.
     pub mesh: Mesh,
-    /// What moves its vertices.
+    /// Skin and morph targets that deform it.
     pub deform: Option<Deform>,
     /// The first primitive that needs it, for messages.
     pub of: (usize, usize),
@@ -34,7 +34,7 @@ pub(super) struct Topological {
     pub span: (u32, u32),
     /// The vertices, of a primitive that was compressed.
     decoded: Option<draco::Decoded>,
-    /// How many were left out because their vertices are not there.
+    /// Number of triangles left out because their vertices do not exist.
     pub left_out: usize,
 }
 

@@ -31,7 +31,7 @@ impl<'de> Deserialize<'de> for Members<'de> {
     }
 }
 
-/// Where a part of a text lies in it.
+/// Byte range of a part within the text.
 fn range(text: &str, part: &RawValue) -> Range<usize> {
     let start = part.get().as_ptr().addr().saturating_sub(text.as_ptr().addr());
     start..start.saturating_add(part.get().len())

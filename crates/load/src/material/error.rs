@@ -1,4 +1,4 @@
-//! What is wrong with a material file. Files of this kind are written by hand, so the messages help to mend them.
+//! Errors in material files. They are written by hand, so the messages help to mend them.
 
 use crate::ResolveError;
 use overcoat_core::limits::LimitExceeded;
@@ -13,11 +13,11 @@ pub struct MaterialError {
     pub line: Option<usize>,
     /// The key, with those of the tables around it: `coat_texture.channel`.
     pub key: Option<String>,
-    /// What is wrong.
+    /// The reason.
     pub reason: MaterialErrorReason,
 }
 
-/// What is wrong with a material file.
+/// Reason why a material file is refused.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MaterialErrorReason {
@@ -25,7 +25,7 @@ pub enum MaterialErrorReason {
     Unreadable(String),
     /// It has more bytes than a material file may have, or `limits` allow.
     TooLarge {
-        /// How many it may have.
+        /// Most bytes that it may have.
         limit: u64,
     },
     /// It is not TOML.
@@ -57,9 +57,9 @@ pub enum MaterialErrorReason {
     },
     /// A value is of another kind than the key takes.
     WrongType {
-        /// What the key takes.
+        /// Value that the key takes.
         expected: &'static str,
-        /// What is there.
+        /// Value that was found.
         found: String,
     },
     /// Two keys contradict each other.
@@ -80,7 +80,7 @@ pub enum MaterialErrorReason {
     Picture {
         /// The file as written.
         name: String,
-        /// What is wrong with it.
+        /// The reason why it is refused.
         why: String,
     },
     /// It asks for more than the limits allow.

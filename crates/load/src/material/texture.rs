@@ -9,7 +9,7 @@ use overcoat_core::limits::Limits;
 use overcoat_scene::{Image, Sampler, UvTransform};
 use std::sync::Arc;
 
-/// What a key says about a texture.
+/// Texture of a material file, as its key describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TextureUse {
     /// As written.
@@ -20,7 +20,7 @@ pub(super) struct TextureUse {
     pub(super) uv_set: u8,
     /// Applied to the coordinates.
     pub(super) transform: UvTransform,
-    /// How it is read.
+    /// Filters and wrapping.
     pub(super) sampler: Sampler,
 }
 

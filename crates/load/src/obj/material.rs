@@ -43,7 +43,7 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Of the material of a library in `folder`.
+    /// A material of a library in `folder`.
     pub(super) fn new(mtl: &tobj::Material, folder: &str, warnings: &mut Warnings) -> Self {
         let extra = |name: &str| mtl.unknown_param.get(name).map(String::as_str);
         let number = |name: &str| {

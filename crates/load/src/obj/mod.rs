@@ -104,7 +104,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     Ok(finish(scene, warnings.finish()))
 }
 
-/// What a mesh takes beside its vertices and triangles, with its instance.
+/// Memory of a mesh and its instance beside vertices and triangles.
 const MESH_BYTES: u64 = 640;
 
 /// The triangles of each pair of object and material.

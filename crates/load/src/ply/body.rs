@@ -63,13 +63,13 @@ impl Slots {
         Some(measure)
     }
 
-    /// Whether all of these are filled.
+    /// True if all of these slots are filled.
     pub(super) fn has(&self, mut slots: std::ops::Range<usize>) -> bool {
         slots.all(|slot| self.0.iter().flatten().any(|&(filled, _)| filled == slot))
     }
 }
 
-/// What a value says of a point, if it is no place, direction or colour.
+/// Meaning of a point's scalar that is no position, direction or colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Measure {
     /// The number of a class: those of neighbouring classes have nothing in common.
@@ -77,12 +77,12 @@ pub(super) enum Measure {
     Class,
     /// A quantity.
     Quantity,
-    /// How strongly the point reflects, which is most of what a colour would say.
+    /// Reflectance of the point: the best substitute for a colour.
     Intensity,
 }
 
 impl Measure {
-    /// What a property of this name is. CloudCompare puts `scalar_` before the names that its users give.
+    /// Meaning of a property by its name. CloudCompare puts `scalar_` before the names that its users give.
     fn of(name: &str) -> Option<Self> {
         let name = name.to_ascii_lowercase();
         let (given, name) = match name.strip_prefix("scalar_") {
@@ -151,7 +151,7 @@ pub(super) struct Vertices {
     pub(super) colors: Vec<[f32; 4]>,
     /// Read only if there are no colours.
     pub(super) values: Vec<f32>,
-    /// What they are.
+    /// Meaning of the values.
     pub(super) measure: Measure,
     /// Why there are not as many as the header says.
     pub(super) cut: Option<String>,
@@ -191,7 +191,7 @@ pub(super) fn cut(element: &Element, number: u64, missing: Missing) -> String {
     }
 }
 
-/// How many items of an element so many bytes can hold: as many may be allocated.
+/// Number of items of an element that so many bytes can hold at most: memory may be allocated for as many.
 fn fitting(element: &Element, encoding: Encoding, bytes: usize) -> u64 {
     // The last value of a text file need not be separated from anything.
     let fitting = (bytes as u64).saturating_add(1).checked_div(element.min_size(encoding));

@@ -39,7 +39,7 @@ const THICKNESS: usize = 5;
 /// Bytes of a splat, but for its harmonics.
 const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
 
-/// How a file holds its splats.
+/// Layout of the splats in a file.
 pub(super) enum Layout {
     /// A number for each property.
     Plain,
@@ -47,7 +47,7 @@ pub(super) enum Layout {
     Packed,
 }
 
-/// How the file holds splats, if that is what it holds.
+/// Layout of the file's splats; `None` if it holds something else.
 pub(super) fn layout(header: &Header<'_>) -> Option<Layout> {
     let is =
         |names: &[&str]| header.elements.iter().find(|e| names.contains(&e.name.as_str()) && e.count > 0);

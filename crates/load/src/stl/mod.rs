@@ -119,13 +119,13 @@ enum Loop {
     Empty,
     One([f32; 3]),
     Two([f32; 3], [f32; 3]),
-    /// Of a loop of more, the last triangle.
+    /// A triangle; of a loop with more corners, the last one.
     Triangle([[f32; 3]; 3]),
 }
 
 struct Reader<'a> {
     context: &'a Context<'a>,
-    /// Where positions are measured from; `None`: from the file's own.
+    /// Origin of the positions; `None`: the file's own.
     about: Option<Origin>,
     /// For the tables of positions.
     seed: u64,
@@ -371,7 +371,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// What follows the coordinates of a vertex that do not all have a number.
+    /// The tokens behind the coordinates of a vertex that are not all numbers.
     #[cold]
     fn after_garbage<'t>(&mut self, mut tokens: Tokens<'t>) -> Tokens<'t> {
         for _ in 0..3 {

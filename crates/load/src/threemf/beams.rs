@@ -146,7 +146,7 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Of length 1; `None` if it has none.
+/// The vector scaled to length 1; `None` if its length is 0 or not finite.
 fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     (length > 0.0 && length.is_finite()).then(|| v.map(|c| c / length))

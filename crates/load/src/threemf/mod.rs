@@ -38,9 +38,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use xml::{Xml, text_of};
 
 const FORMAT: &str = "3MF";
-/// How a package names the part that its model begins with (core specification, C.2).
+/// Relationship of a package to its root model part (core specification, C.2).
 const START: &str = "/3dmanufacturing/2013/01/3dmodel";
-/// Where nearly all files have it, related or not.
+/// Path of the root model part in nearly all files, related or not.
 const USUAL_START: &str = "3D/3dmodel.model";
 /// Why an object is not drawn that is never built.
 const OTHER: &str = "of the type 'other', which is not built";
@@ -182,7 +182,7 @@ struct Visit {
     depth: u64,
     /// The item that it belongs to.
     item: u32,
-    /// What the slicer says of it.
+    /// Settings of the slicer for it.
     part: Part,
 }
 
@@ -246,7 +246,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// What a component or an item refers to.
+    /// Visit of the object that a component or an item refers to.
     fn refer(
         &mut self,
         reference: &model::Reference,

@@ -48,7 +48,7 @@ pub(super) struct Mesh {
     pub(super) positions: Vec<[f32; 3]>,
     /// The same in double precision, until all are read; empty unless the model is far away.
     doubles: Vec<[f64; 3]>,
-    /// What they are measured from in the end.
+    /// Origin that they become relative to in the end.
     pub(super) origin: Origin,
     pub(super) triangles: Vec<[u32; 3]>,
     /// One for each triangle; empty if no triangle has any.
@@ -60,7 +60,7 @@ pub(super) struct Mesh {
     left_out: u64,
 }
 
-/// What an object is for.
+/// Purpose of an object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// To be made: models, supports, surfaces.
@@ -123,7 +123,7 @@ pub(super) struct Model {
     pub(super) build: Vec<Reference>,
 }
 
-/// What all model parts of a file have together, and what was lost in them.
+/// Totals over all model parts of a file, and the warnings about them.
 pub(super) struct Totals<'a> {
     pub(super) context: &'a Context<'a>,
     /// Positions are read in double precision.

@@ -1,4 +1,4 @@
-//! What slicers write beside the model: Slic3r and PrusaSlicer (`Metadata/Slic3r_PE*.config`), Bambu Studio and
+//! Settings of slicers beside the model: Slic3r and PrusaSlicer (`Metadata/Slic3r_PE*.config`), Bambu Studio and
 //! OrcaSlicer (`Metadata/model_settings.config`, `project_settings.config`).
 //!
 //! Two things of it change the picture: parts that are no objects but change how others are printed where they
@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 /// Filaments of one file; printers have up to 16 or so.
 const FILAMENTS: usize = 256;
 
-/// What the settings say of a part of an object.
+/// Settings of a part of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Part {
     /// Why it is not drawn.
@@ -146,7 +146,7 @@ impl Settings {
         Ok(())
     }
 
-    /// What is said of an object that is built.
+    /// Settings of an object that is built.
     pub(super) fn object(&self, id: u32) -> Part {
         let extruder = self.objects.get(&id).and_then(|settled| settled.extruder);
         // Where slicers say nothing they print with the first one.
@@ -154,7 +154,7 @@ impl Settings {
         Part { left_out: None, extruder: extruder.or(first), owner: id }
     }
 
-    /// What is said of an object that is part of another, which `printed_by` prints.
+    /// Settings of an object that is part of another, which extruder `printed_by` prints.
     pub(super) fn part(&self, of: &Part, printed_by: Option<u32>, id: u32) -> Part {
         let settled = self.objects.get(&of.owner).and_then(|settled| settled.parts.get(&id));
         let (left_out, extruder) = settled.copied().unwrap_or((None, None));

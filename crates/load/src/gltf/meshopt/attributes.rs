@@ -19,7 +19,7 @@ const MANY_BITS: [u8; 4] = [1, 2, 4, 8];
 
 /// Four bytes of every element.
 struct Channel {
-    /// Those of the element before.
+    /// Value and mode of the element before.
     value: u32,
     mode: u8,
 }

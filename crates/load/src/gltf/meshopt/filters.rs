@@ -1,5 +1,5 @@
-//! What is done to elements after decoding (appendix B). Only + - * / and the square root, each rounded exactly, so that
-//! every machine gets the same bytes.
+//! Filters that are applied to elements after decoding (appendix B). Only + - * / and the square root, each rounded
+//! exactly, so that every machine gets the same bytes.
 
 /// The nearest integer, halves away from zero. What is not a number becomes 0.
 fn round(value: f32) -> i32 {
