@@ -11,7 +11,7 @@ use overcoat::{Limits, RenderOptions};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// What models of strangers may take of a small device.
+/// Limits for untrusted models on a small device.
 fn limits() -> Limits {
     let mut limits = Limits::default();
     (limits.input_bytes, limits.decoded_bytes) = (64 << 20, 64 << 20);
