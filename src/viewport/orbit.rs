@@ -20,7 +20,7 @@ pub struct Orbit {
     projection: Projection,
     /// Part of the distance before which nothing is drawn.
     near: f64,
-    /// What it was made of, until it moves: in every bit.
+    /// Camera that it was made of, bit for bit, until it moves.
     exact: Option<Camera>,
 }
 

@@ -1,4 +1,4 @@
-//! What a world refuses.
+//! Errors of a world.
 
 use overcoat_load::LoadError;
 use overcoat_scene::SceneError;
@@ -35,7 +35,7 @@ pub enum WorldError {
         /// Kind of element.
         what: &'static str,
     },
-    /// What is to be in the scene cannot be.
+    /// The scene refuses what is added to it.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A pose cannot be made of a file.
