@@ -749,7 +749,7 @@ fn hardly_anything_to_see_is_a_warning_that_helps() {
     assert!(covered > 128 * 128 / 8, "{covered} pixels");
 }
 
-/// What each picture of many has in common may come from a scene file.
+/// Settings that all pictures of a sheet share may come from a scene file.
 #[test]
 fn a_sheet_takes_lights_and_options_from_a_scene_file() {
     let folder = folder();

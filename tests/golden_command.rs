@@ -265,7 +265,7 @@ fn command_lines_that_make_no_sense_have_exit_code_2() {
     assert_eq!(folders.run("check", &["--json", "no/such/folder.json"]).code, 1);
 }
 
-/// What is there on one side only is a difference, and said so in words.
+/// A picture that exists on one side only is a difference, and said so in words.
 #[test]
 fn what_is_missing_on_one_side_is_a_difference() {
     let folders = Folders::new();

@@ -63,7 +63,8 @@ fn seen_by(
     [r, g, b]
 }
 
-/// What a model's diffuse term has over Lambert when seen and lit from the front: Disney's normalisation in HDRP Lit.
+/// Ratio of a model's diffuse term to Lambert's, seen and lit from the front: Disney's normalisation in HDRP Lit, else
+/// 1.
 fn from_the_front(model: ShadingModel) -> f32 {
     if model == ShadingModel::HdrpLit { 1.0 / 1.035_71 } else { 1.0 }
 }

@@ -219,7 +219,7 @@ fn a_lamp_in_a_box_stays_in_the_box() {
     }
 }
 
-/// What light falls through: half of a checkered mask.
+/// Light falls through the holes of alpha masks: here half of a checkered one.
 #[test]
 fn masks_let_light_through_where_they_are_cut_out() {
     use overcoat::scene::{

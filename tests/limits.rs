@@ -171,7 +171,7 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
     }
 }
 
-/// What tiles keep, and so which parts of them are blended one by one, must not show in what is counted.
+/// Memory that tiles keep decides which parts of them are blended one by one, and must not show in the counted work.
 #[test]
 fn work_does_not_depend_on_tiles() {
     let (mut scene, camera) = stack(150, AlphaMode::Blend);
@@ -279,8 +279,8 @@ fn pile(count: u32) -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// What draft draws, every tier draws: with less light where that passes a limit, the same whatever was drawn before, the
-/// threads and the tiles, and as if the less had been asked for.
+/// Every tier draws what draft draws: with less light where that passes a limit, the same whatever was drawn before,
+/// the threads and the tiles, and as if the less had been asked for.
 #[test]
 fn no_tier_refuses_what_draft_draws() {
     let (scene, camera) = pile(600);
@@ -459,7 +459,7 @@ mod by_option {
         }
     }
 
-    /// What makes a claim, and a part of the message.
+    /// Function that makes a claim, and a part of the message that has to follow.
     type Claim = (fn(&mut Value, u64), &'static str);
 
     /// Ten to the power of eighteen of everything that a few bytes can ask for.

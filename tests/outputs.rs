@@ -1,5 +1,5 @@
-//! Where pictures go that is no plain file: links, pipes, devices, standard output by its name; and what is left of those that
-//! are not finished.
+//! Outputs that are no plain files: links, pipes, devices, standard output by its name; and the remains of unfinished
+//! ones.
 #![cfg(target_os = "linux")]
 
 #[path = "streams/mod.rs"]
@@ -80,7 +80,7 @@ fn links_pipes_and_devices() {
     assert_eq!(names, ["elsewhere", "link.png", "x.obj"]);
 }
 
-/// What a shell makes of a script in which the program is `$0`.
+/// Output of a shell script in which the program is `$0`.
 fn shell(folder: &Path, script: &str) -> Output {
     Command::new("sh")
         .args(["-c", script, env!("CARGO_BIN_EXE_overcoat")])
@@ -284,7 +284,7 @@ fn a_file_that_is_mounted_by_itself_is_written_over() {
     assert_eq!(names(folder.path()), ["mounted", "p.png", "x.obj"]);
 }
 
-/// Where memory cannot be had: a line and a documented code, whatever the system gives.
+/// Lack of memory ends with one line and a documented exit code, whatever the system gives.
 #[test]
 fn memory_that_cannot_be_had_ends_with_a_line_and_a_code() {
     let folder = folder();

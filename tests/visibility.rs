@@ -508,7 +508,7 @@ fn what_rays_hit_is_found_anew_where_draws_have_other_numbers() {
     assert_eq!(hash(&scene(false)), plain);
 }
 
-/// What is kept from one picture to the next does not show: neither the view nor the scene before.
+/// State kept from one picture to the next does not show: neither the view nor the scene before.
 #[test]
 fn a_view_is_the_same_alone_and_after_others() {
     let scene = crowd();
@@ -569,7 +569,7 @@ fn numbers_out_of_range_are_refused() {
     }
 }
 
-/// What rays may cost is limited like everything else: then there are none, whatever the tiles.
+/// The cost of rays is limited like everything else: beyond the limit there are none, whatever the tiles.
 #[test]
 fn rays_count_as_work() {
     let (scene, camera) = (crowd(), looking([1.0, 1.5, 3.0], [0.0; 3]));

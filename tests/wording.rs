@@ -34,7 +34,7 @@ const AT_MOST: [(&str, usize); 26] = [
     ("fuzz", 0),
     ("service", 10),
     ("src", 3),
-    ("tests", 161),
+    ("tests", 0),
 ];
 
 /// The package, or the folder at the top of the tree, that a source belongs to.

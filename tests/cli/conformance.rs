@@ -142,7 +142,7 @@ fn a_pack_is_whole_and_has_the_same_bytes_again() {
     assert!(other["truth/furnace.exr"] == a["truth/furnace.exr"], "which has no variance");
 }
 
-/// Where there are formulas, the truth is theirs; where not, that of the referee as the library has it.
+/// The truth of a pack is that of closed forms where there are any, else that of the library's referee.
 #[test]
 fn the_truth_is_true() {
     const SIDE: usize = 48;
@@ -402,7 +402,7 @@ fn what_is_there_is_left_alone() {
     assert_eq!(names(&work.path().join("full")), ["x"]);
 }
 
-/// What cannot be written to the end leaves nothing, and a folder that was there as it was.
+/// A pack that cannot be written completely leaves nothing behind, and an existing folder as it was.
 #[cfg(unix)]
 #[test]
 fn a_pack_that_cannot_be_written_leaves_nothing() {

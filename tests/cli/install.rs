@@ -1,4 +1,4 @@
-//! What packages bring along: completions, manual pages, and the files by which desktops know the program.
+//! Files of packages: completions, manual pages, and those by which desktops know the program.
 
 use super::{folder, names, overcoat, stderr};
 use clap::CommandFactory;
@@ -140,7 +140,7 @@ fn desktops_ask_for_what_is_read_and_in_a_way_that_works() {
     assert_eq!(super::read_png(&fs::read(PathBuf::from(place).join("out.XYZ")).unwrap()).0, 128);
 }
 
-/// Those of shared-mime-info 2.2, and what the program brings along.
+/// Every model format has a MIME type: one of shared-mime-info 2.2, or one that the program installs.
 #[test]
 fn every_model_has_a_mime_type() {
     let known = ["model/gltf+json", "model/gltf-binary", "model/obj", "model/stl", "model/3mf"];
@@ -155,7 +155,7 @@ fn every_model_has_a_mime_type() {
     assert!(!xml.contains("icon"), "icons are the theme's");
 }
 
-/// What another program does is handed to it as it is, and its exit code comes back.
+/// Commands of another program are handed to it with their arguments, and its exit code comes back.
 #[cfg(unix)]
 #[test]
 fn batch_and_serve_are_handed_over() {

@@ -68,7 +68,7 @@ fn asset(name: &str) -> std::path::PathBuf {
     std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("assets/models").join(name)
 }
 
-/// What a report says of each material stands in the file, and is all that has changed of it.
+/// Asserts that the file has the values that a report states for each material, and no other change.
 fn must_be_a_copy(original: &Value, copy: &Value, report: &Value) {
     let mut back = copy.clone();
     for material in report["materials"].as_array().unwrap() {

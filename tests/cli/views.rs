@@ -1,11 +1,11 @@
-//! Where a model is seen from, which way it stands, and how bright it is.
+//! Views: camera, orientation of the model, and exposure.
 
 use super::{folder, glb, overcoat, quad, quad_buffer, read_png, stderr};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-/// What a command prints with `--json`.
+/// Report of a command with `--json`.
 fn report(folder: &Path, args: &[&str]) -> Value {
     let output = overcoat(folder, &[args, &["--json"]].concat());
     assert!(output.status.success(), "{args:?}: {}", stderr(&output));

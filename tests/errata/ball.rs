@@ -37,7 +37,7 @@ pub fn number(value: f32) -> Number {
     L.splat(value)
 }
 
-/// What falls on the ball.
+/// Light on the ball.
 pub struct Setting {
     /// Irradiance of the lamp at normal incidence.
     pub lamp: f32,

@@ -554,7 +554,7 @@ fn animations_that_there_are_not() {
     assert_eq!(messages(&play(&model, "move", 0.0).unwrap()), ["animation 0 'move' changes nothing"]);
 }
 
-/// What cannot be played is left out and named; nothing ends in a panic.
+/// Animations that cannot be played are left out and named; nothing ends in a panic.
 #[test]
 fn hostile_animations() {
     let base = strip();

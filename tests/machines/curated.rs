@@ -71,7 +71,7 @@ pub fn curated() -> Vec<(String, Recipe)> {
 /// Name of a scene, its model file, the second of its animation, and what of it is seen: centre, width and height.
 type GivenFile = (&'static str, fn() -> Vec<u8>, Option<f64>, [f32; 4]);
 
-/// What loaders do beside reading: poses, decompression, points and lines.
+/// Files for the work of loaders beside reading: poses, decompression, points and lines.
 const FILES: &[GivenFile] = &[
     ("skin", || motion::skinned().file(), Some(0.75), [-0.7, 1.1, 4.8, 2.4]),
     ("morph-targets", || motion::morphing().expect("it is made").file(), None, [0.0, 0.0, 5.0, 2.5]),
@@ -483,7 +483,7 @@ fn vertex_attributes() -> Recipe {
     Recipe { shading: Some(ShadingModel::Filament), samples: 4, ..recipe }
 }
 
-/// What the groups leave out because it excludes others.
+/// Keys that the groups leave out because they exclude others.
 fn switches() -> Recipe {
     let mut recipe = with_keys("switches", ShadingModel::StackLit, 0);
     let used = |k: usize| KeyValue::Texture(TextureUse { channel: Some(2), ..TextureUse::plain(k) });

@@ -107,7 +107,8 @@ impl Skies {
         Ok((decoded, filtered))
     }
 
-    /// What a renderer is to use in place of filtering the recipe's environment; none where it is not a picture.
+    /// Prefiltered environment of a recipe, which a renderer takes in place of filtering it; `None` where it is not a
+    /// picture.
     pub fn filtered(
         &self,
         which: EnvironmentRecipe,

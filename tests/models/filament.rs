@@ -80,7 +80,7 @@ impl Random {
             _ => 0.0,
         })
     }
-    /// Those, some of them equal or opposite to `other` or tilted against it by very little.
+    /// Random directions, some of them equal or opposite to `other` or tilted against it by very little.
     #[inline(always)]
     pub fn directions_about<L: Lanes>(&mut self, l: L, other: V3<L>) -> V3<L> {
         let v = self.directions(l);
@@ -98,8 +98,8 @@ pub fn at_cosine(cosine: f32) -> [f32; 3] {
     [(1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine]
 }
 
-/// What `brdf_times_cosine` sends back of light from one direction after another, all of radiance 1: the integral over
-/// the hemisphere, of the first channel. Directions come sixteen at a time, denser towards the horizon.
+/// Light that `brdf_times_cosine` reflects of a white hemisphere of radiance 1: the integral over the hemisphere, of
+/// the first channel. Directions come sixteen at a time, denser towards the horizon.
 pub fn reflected(brdf_times_cosine: impl Fn(V3<Scalar>) -> V3<Scalar>) -> f64 {
     let (rings, sectors) = (160, 160);
     let mut sum = 0.0;
@@ -228,7 +228,7 @@ fn white_furnace_of_the_environment() {
     assert!(least > 0.994 && most < 1.018, "{least} {most}");
 }
 
-/// What the model says of one light's direction, summed over all: how much more light comes back than falls in.
+/// Directional albedo for lights: how much more light comes back than falls in.
 #[test]
 fn white_furnace_of_lights_gains_what_the_documentation_says() {
     let plastic = Fragment::white(Quality::Desktop);

@@ -109,7 +109,7 @@ fn as_many_flakes_are_seen_as_there_are() {
     }
 }
 
-/// What sparkles from near is even from afar, and goes from one to the other without a step.
+/// Sparkle from near is even from afar, and goes from one to the other without a step.
 #[test]
 fn flakes_fade_with_distance() {
     let scene = |across| lit(crate::common::shapes::square(1), painted(flakes(across)), [0.3, -0.2, -0.93]);
@@ -144,8 +144,8 @@ fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from((a[1] - b[1]).abs())).sum::<f64>() / a.len() as f64
 }
 
-/// What a turntable shows changes as little as the object turns: half the angle, about half the difference, down to a twenty-fifth
-/// of a pixel. Numbers that were drawn anew for each picture would differ by the contrast.
+/// The picture of a turntable changes as little as the object turns: half the angle, about half the difference, down to
+/// a twenty-fifth of a pixel. Numbers that were drawn anew for each picture would differ by the contrast.
 #[test]
 fn flakes_do_not_flicker() {
     for across in [60.0, 300.0] {
@@ -197,7 +197,7 @@ fn a_film_has_another_color_at_every_angle() {
     }
 }
 
-/// What mica does not reflect reaches the base: over white, in white light, nothing is lost.
+/// Light that mica does not reflect reaches the base: over white, in white light, nothing is lost.
 #[test]
 fn mica_lets_through_what_it_does_not_reflect() {
     let mut material = painted(Flakes { color: [0.2, 0.3, 0.1], transparency: 1.0, ..flakes(400.0) });

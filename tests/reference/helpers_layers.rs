@@ -1,4 +1,4 @@
-//! What layered models share: Fresnel, roughness, thin films, hazy gloss (`helpers_fresnel`, `_roughness`,
+//! Helpers that layered models share: Fresnel, roughness, thin films, hazy gloss (`helpers_fresnel`, `_roughness`,
 //! `_iridescence`, `_haze`).
 
 use super::table::{Adapter, Batch, Found};

@@ -1,5 +1,5 @@
-//! Where models, environments, materials and scene files come from that is no plain file: pipes, and gzip or Zstandard around
-//! any of them.
+//! Inputs that are no plain files: models, environments, materials and scene files from pipes, and in gzip or
+//! Zstandard.
 
 use super::{is_png, names, shell, text};
 use flate2::Compression;

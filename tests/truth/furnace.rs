@@ -1,4 +1,4 @@
-//! Where nothing is absorbed, nothing is lost.
+//! White furnace: without absorption no light is lost.
 
 use super::direction;
 use super::statistics::Family;
@@ -116,7 +116,7 @@ fn stacks_of_many() {
     family.judge();
 }
 
-/// Where something is absorbed, nothing is won.
+/// With absorption no light is gained.
 #[test]
 fn energy_is_conserved() {
     for (name, stack) in super::reciprocity::stacks() {

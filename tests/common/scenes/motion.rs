@@ -1,4 +1,4 @@
-//! What animations of glTF files change, each file at several times.
+//! Animations of glTF files: each property that they change, each file at several times.
 
 use super::Entry;
 use crate::common::files::at_time;

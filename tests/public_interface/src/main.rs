@@ -78,7 +78,7 @@ fn read(path: &Path, name: &str) -> Result<Package, Box<dyn Error>> {
     Ok(package)
 }
 
-/// Where the item at a path is defined, or what is known of that.
+/// Path of the definition that an item's path leads to, as far as it is known.
 fn definition(packages: &BTreeMap<String, Package>, path: &str) -> String {
     let mut path = path.to_owned();
     while let Some(package) = path.split("::").next().and_then(|name| packages.get(name)) {
