@@ -14,7 +14,7 @@ const AT_MOST: [(&str, usize); 26] = [
     ("bindings/c", 0),
     ("bindings/python", 6),
     ("bindings/wasm", 0),
-    ("crates/cli", 161),
+    ("crates/cli", 27),
     ("crates/core", 0),
     ("crates/description", 53),
     ("crates/golden", 36),

@@ -49,7 +49,7 @@ pub(super) fn scene() -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// How balls are shown, in pictures of that size.
+/// Scene file of a material ball, for pictures of that size.
 pub(super) fn description(size: [u64; 2]) -> Description {
     let mut description = Description { size: Some(size), ..Description::default() };
     // What is shown are materials: the ball stands nowhere.

@@ -12,14 +12,14 @@ use overcoat_load::{
 };
 use std::path::{Path, PathBuf};
 
-/// Where a model comes from.
+/// Source of a model.
 #[derive(Clone, Debug)]
 pub struct ModelSource {
     /// A file; `-` stands for standard input.
     pub path: PathBuf,
     /// Its format; found by content and name if absent.
     pub format: Option<Format>,
-    /// What of it is loaded.
+    /// Choices among the contents of the file.
     pub options: LoadOptions,
 }
 

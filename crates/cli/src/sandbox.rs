@@ -52,7 +52,7 @@ fn failure(error: &SandboxError) -> Failure {
     Failure::failed(error)
 }
 
-/// What a command that reads models was told of files.
+/// Files that a command that reads models was given.
 struct Files<'a> {
     draw: Option<&'a DrawArgs>,
     models: &'a [PathBuf],

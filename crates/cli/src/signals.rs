@@ -1,6 +1,6 @@
 //! Signals by which the system would end the process without a word.
 
-/// What the process ends with where memory cannot be had: as by a limit, which this is one of.
+/// Exit code of a lack of memory: that of a limit, which this is one of.
 #[cfg(unix)]
 const NO_MEMORY: i32 = 3;
 

@@ -16,8 +16,8 @@ use std::time::Instant;
 /// that the process may have.
 const MOST_THREADS: usize = 4;
 
-/// What has to be settled before rights are given up: afterwards no limit can be set, and nobody says how many processors
-/// there are.
+/// Limits memory and settles the number of threads, before rights are given up: afterwards no limit can be set, and
+/// nobody says how many processors there are.
 pub(super) fn prepare(args: &mut ThumbnailArgs) {
     // Where the system refuses, it stays as it would be.
     let _ = bound_memory(args.memory);

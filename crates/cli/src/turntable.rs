@@ -54,11 +54,11 @@ pub struct Turning {
     frames: u32,
     turn: Turn,
     center: [f64; 3],
-    /// Of the first picture.
+    /// Camera of the first picture.
     camera: Camera,
     environment: Environment,
     lights: Vec<Light>,
-    /// How many of them are the model's.
+    /// Number of the lights that are the model's.
     own_lights: usize,
 }
 
