@@ -216,7 +216,7 @@ fn accepting_takes_what_is_named_and_nothing_else() {
         assert_eq!(decode(&stored), decode(&actual));
         assert!(stored.metadata().unwrap().len() <= actual.metadata().unwrap().len());
     }
-    // What a failed test had left has become the expected picture.
+    // The picture left by a failed test has become the expected one.
     assert!(folders.path("expected/cars/new.png").exists());
     assert!(!folders.path("actual/cars/new.new.png").exists());
     assert_eq!(folders.run("accept", &[]).code, 2);

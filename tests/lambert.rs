@@ -122,7 +122,7 @@ fn a_white_environment_lights_a_lambert_plane_alike() {
     for &model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);
         for k in 0..3 {
-            // What is reflected beside it: some models let F90 be 1 where F0 is 0.
+            // Tolerance for specular light: some models let F90 be 1 where F0 is 0.
             let (low, high) = (0.95 * ALBEDO[k], 1.03 * ALBEDO[k] + 0.03);
             assert!((low..=high).contains(&found[k]), "{}: {found:?}", model.name());
         }

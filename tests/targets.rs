@@ -309,7 +309,7 @@ fn a_picture_that_was_stopped_leaves_nothing_behind() {
         let mut renderer = Renderer::new(1);
         for part in 1..12_u64 {
             let mut limits = Limits::default();
-            // Of each kind of work as much as a twelfth of the picture, and so on.
+            // A limit of one kind of work in turn, at growing parts of what the whole picture takes.
             match part % 4 {
                 0 => limits.fragments = (whole.stats.fragments * part / 12).max(1),
                 1 => limits.blocks = (renderer.work_done().blocks * part / 12).max(1),

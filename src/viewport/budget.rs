@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(learnt(900 * MEGA, good, 30 * MEGA), least);
         assert_eq!(learnt(10 * MEGA, draft, 30 * MEGA), fast);
         assert_eq!(learnt(10 * MEGA, draft, 250 * MEGA), good);
-        // What fits stays, though little is left.
+        // A level that fits is kept, though little is left.
         assert_eq!(learnt(29 * MEGA, fast, 30 * MEGA), fast);
     }
 

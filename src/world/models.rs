@@ -177,7 +177,7 @@ impl World {
     pub fn remove_model(&mut self, model: ModelHandle) -> Result<(), WorldError> {
         let slot = self.models.place(self.number, model)?;
         let state = self.models.remove(self.number, model)?;
-        // What has been removed by its own name is gone already.
+        // Instances that were removed by their own handle are gone already.
         for instance in state.instances.into_values() {
             let _ = self.remove_instance(instance);
         }

@@ -57,7 +57,7 @@ fn every_command_has_a_manual_page() {
     fs::create_dir(folder.path().join("man1")).unwrap();
     for args in [&["man", "--dir", "man1"][..], &["--sandbox", "man", "--dir", "man1"]] {
         let output = overcoat(folder.path(), args);
-        // Where there is no sandbox, that is the only thing that is said.
+        // On systems without a sandbox that is the only message.
         assert!(output.status.success() || stderr(&output).contains("no sandbox"), "{}", stderr(&output));
     }
     let pages = names(&folder.path().join("man1"));

@@ -56,7 +56,7 @@ impl Shot {
         let Some(name) = model.strip_prefix("builtin:") else {
             file.resolve_paths(&folder());
             let picture = file.picture(machine, &limits, jobs).map_err(|e| e.to_string())?;
-            // What a bundled model asks for must be understood: a warning is a mistake here.
+            // Bundled models ask only for supported features: a warning is a mistake here.
             if let Some(warning) = picture.warnings.first() {
                 return Err(format!("{model}: {warning}"));
             }

@@ -134,7 +134,7 @@ impl Ball {
             let Some(normal) = normal else { continue };
             for (drawn, found) in drawn.iter().zip(found) {
                 let off = (found / drawn - 1.0).abs();
-                // Of sharp highlights the last bit of a normal makes some of it.
+                // In sharp highlights the last bit of a normal makes some of it.
                 assert!(off < 1e-2, "{name} at {normal:?}: {found} is not {drawn}");
                 worst = worst.max(off);
             }

@@ -33,7 +33,7 @@ fn figures() -> Vec<Figure> {
     let matt = Ball::drawn(&lacquer::material(), lacquer::CARRIER, &soft);
     let lacquered = |total: lacquer::Beyond| matt.shaded(|normal| lacquer::shade(normal, &soft, total));
 
-    // What the figures call right is what the crate draws.
+    // The right ball of each figure is what the crate draws.
     for (name, drawn, formula) in [
         ("stacklit", &metal, layered(stacklit::Notes::Right)),
         ("hdrp-lit", &paint, lit(hdrp_lit::Notes::Right)),

@@ -163,7 +163,7 @@ fn the_picture_is_that_of_the_model_at_zero() {
 #[test]
 fn singles_are_drawn_as_they_are() {
     let (points, triangles) = ball(32.0);
-    // Where they are multiples of 1/32.
+    // Offset at which positions are multiples of 1/32.
     let far = moved(&points, [262_144.0, -262_144.0, 262_144.0]);
     for (far, near, format) in [
         (stl_binary(&far, &triangles), stl_binary(&points, &triangles), Format::Stl),

@@ -561,7 +561,7 @@ fn extensions_are_named_once() {
 #[test]
 fn required_extensions() {
     let mut model = Model::triangle();
-    // What changes the look only is drawn with a warning.
+    // Extensions that only change the look are ignored, with a warning.
     model.json["extensionsRequired"] =
         json!(["EXT_lights_image_based", "KHR_texture_transform", "ABC_materials_wool"]);
     assert_eq!(

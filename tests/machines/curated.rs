@@ -1,7 +1,7 @@
 //! Recipes that together touch everything: models, keys of materials, textures, lights, decoders, encoders.
 //!
-//! What a scene holds depends on its name and on the names of the keys in it, so that a new key or a new scene changes
-//! no hash but those of the scenes that it is in.
+//! The contents of a scene depend on its name and on the names of the keys in it, so that a new key or a new scene
+//! changes no hash but those of the scenes that it is in.
 
 use super::common::scenes::{compressed, motion, nodes};
 use super::dice::Dice;
@@ -189,7 +189,7 @@ fn still_life() -> Recipe {
 /// The keys of one group, with textures 0 to 3, and the model.
 fn keys_of_group(name: &str, model: ShadingModel, number: usize) -> Vec<(&'static str, KeyValue)> {
     let in_group = |key: &str| Dice::named(key).below(GROUPS) == number % GROUPS;
-    // Those have scenes of their own: they would hide the others.
+    // Keys with scenes of their own: they would hide the others.
     let elsewhere =
         |key: &str| matches!(key, "model" | "alpha_mode" | "alpha_cutoff" | "double_sided" | "unlit");
     let scale_of = |key: &str| match key {
@@ -375,7 +375,7 @@ fn of_format(format: Format) -> Recipe {
         ("base_color_texture", KeyValue::Texture(TextureUse::plain(0))),
         ("roughness", text("0.4")),
     ];
-    // What formats without texture coordinates show would be one picture.
+    // Formats without texture coordinates would all show the same picture.
     let number = Format::ALL.iter().copied().position(|f| f == format).unwrap_or(0);
     Recipe { container: format, lights: vec![light(number)], ..recipe }
 }

@@ -131,7 +131,7 @@ impl Bench {
     pub fn examine_by(&mut self, recipe: &Recipe, skies: &Skies, render: Render<'_>) -> Result<u64, Problem> {
         let outcome = catch_unwind(AssertUnwindSafe(|| self.compare(recipe, skies, render)));
         outcome.unwrap_or_else(|panic| {
-            // What the panic left behind must not disturb the next recipe.
+            // Renderers that have panicked must not disturb the next recipe.
             self.renderers = THREADS.map(Renderer::new);
             let message = panic.downcast_ref::<String>().map(String::as_str);
             let message = message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");

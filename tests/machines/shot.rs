@@ -39,7 +39,7 @@ impl Shot {
         let options_of_load = LoadOptions::default().with_animation(animation);
         let loaded = load_bytes_with(files.get(model)?, Some(recipe.container), &options_of_load, &context)
             .map_err(|e| format!("{model}: {e}"))?;
-        // What recipes ask for is understood, so a warning is a mistake of either.
+        // Recipes ask only for supported features, so a warning is a mistake of either.
         if let Some(warning) = loaded.warnings.first() {
             return Err(format!("{model}: {warning}"));
         }

@@ -235,7 +235,7 @@ fn white_furnace_of_lights_gains_what_the_documentation_says() {
     let metal = Fragment { metallic: 1.0, ..plastic };
     let black = Fragment { color: 0.0, f0: 0.0, ..plastic };
     let cases = [
-        // What, and how much seen from the front, at N.V = 0.1 and at 0.01.
+        // Name, surface, and albedo seen from the front, at N.V = 0.1 and at 0.01.
         ("metal", metal, [1.005, 0.989, 0.999]),
         ("plastic", plastic, [1.037, 1.170, 1.211]),
         ("matt", Fragment { f0: 0.0, ..plastic }, [1.0, 1.0, 1.0]),
@@ -547,7 +547,7 @@ fn standard_is_finite<L: Lanes>(l: L, random: &mut Random, round: usize) {
         |query| query.direction,
         one,
     );
-    // What the sheen leaves may be less than nothing.
+    // The light that sheen leaves may be negative.
     let least = if data.sheen.is_some() { f32::MIN } else { 0.0 };
     assert!(
         all_from(l, direct, least) && all_from(l, indirect, f32::MIN),

@@ -173,7 +173,7 @@ fn flakes_move_with_the_object_and_keep_their_size() {
     };
     let here = picture(1.0, 32.0, [0.0; 3]);
     assert_eq!(here, picture(1.0, 32.0, [0.0, 0.0, -0.5]));
-    // What is drawn twice as large about its middle has the same flakes in the same places, and finer ones are others.
+    // A surface drawn twice as large about its middle has the same flakes in the same places; finer ones are others.
     assert!(difference(&here, &picture(2.0, 32.0, [0.0; 3])) < 1e-4);
     assert!(difference(&here, &picture(1.0, 64.0, [0.0; 3])) > 0.01);
 }
@@ -233,7 +233,7 @@ fn orange_peel_bends_reflections() {
         let [near, far] = [peel(0.2), peel(0.002)].map(of);
         println!("{model:?}: {} {} {}", contrast(&flat), contrast(&near), contrast(&far));
         assert!(contrast(&flat) < 1e-3 && contrast(&near) > 0.05, "{model:?}");
-        // Where pixels are larger than waves the coat is even, and rougher.
+        // With pixels larger than waves the coat is even, and rougher.
         assert!(contrast(&far) < 0.3 * contrast(&near) && far != flat, "{model:?}");
         let white = |surface| {
             mean(&pixels(&furnace(crate::common::shapes::square(1), coated(surface)), 64, model), 1)

@@ -119,7 +119,7 @@ fn haze_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         max_f0: load3(l, batch, "maxF0"),
     };
     let fresnel0 = load3(l, batch, "f0");
-    // What the table's lobe B is where nothing is reflected: zeros.
+    // Lobe B of the table where nothing is reflected: zeros.
     let before = HazyLobes {
         fresnel0,
         lobe_mix: l.zero(),

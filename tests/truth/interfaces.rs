@@ -193,7 +193,7 @@ fn albedo_is_the_integral() {
                     of(&albedo.reflectance),
                     reflected[c],
                 );
-                // What is unrefracted has no density.
+                // Unrefracted light has no density.
                 if name != "unrefracted" {
                     let found = of(&albedo.transmittance);
                     family.compare(format!("{name} at {cosine}, {c} transmitted"), found, transmitted[c]);

@@ -129,7 +129,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let jobs = Jobs::new(args.workers.count());
     reporter.threads(&jobs);
     let mut source = input::source(&args.input_options, &args.input)?;
-    // Whether a file is sound is found out by reading all of it.
+    // Only a file that is read completely is known to be sound.
     source.options.textures = TextureLoading::Whole;
     let model = input::open_animated(&source, &limits, &jobs)?;
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;

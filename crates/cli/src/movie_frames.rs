@@ -96,7 +96,7 @@ impl MovieFrames {
             self.task.render_picture(&self.task.source, renderer, scene, camera, for_screen)?;
         if k == 0 {
             self.warnings.extend(clipped(scene, &self.task.display_of(scene), clipping));
-            // What the first frame is metered at holds for all.
+            // The exposure metered in the first frame holds for all.
             self.task.display = self.task.display.clone().with_exposure(exposure).with_meter(false);
             self.up_axis = scene.orientation().up.name();
             self.camera = Some(CameraReport::new(camera, scene));

@@ -14,7 +14,7 @@ pub(super) fn listen() {
         use signal_hook::flag::{register, register_conditional_shutdown};
         use std::sync::Arc;
         use std::sync::atomic::AtomicBool;
-        // Where the system refuses, it stays as it would be.
+        // If the system refuses, it stays as it would be.
         let _ = register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
         let _ = register_conditional_shutdown(SIGABRT, NO_MEMORY, Arc::new(AtomicBool::new(true)));
     }

@@ -19,7 +19,7 @@ const MOST_THREADS: usize = 4;
 /// Limits memory and settles the number of threads, before rights are given up: afterwards no limit can be set, and
 /// nobody says how many processors there are.
 pub(super) fn prepare(args: &mut ThumbnailArgs) {
-    // Where the system refuses, it stays as it would be.
+    // If the system refuses, the bound stays as it was.
     let _ = bound_memory(args.memory);
     if args.workers.threads == 0 {
         let processors = std::thread::available_parallelism();

@@ -375,7 +375,7 @@ fn read_unpacked(
     {
         return Ok(found);
     }
-    // What somebody says of a file, or its name, counts for less than what it begins with.
+    // Contents known to be of another format are refused, whatever the caller or the name of the file says.
     if detected.is_none()
         && let Some(what) = foreign::what_it_is(bytes)
     {

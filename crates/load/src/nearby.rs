@@ -96,7 +96,7 @@ fn places(folder: &str, name: &str) -> Vec<String> {
             }
         }
     };
-    // Of drives, servers and the root the resolver takes the end only.
+    // The resolver takes only the end of paths with drives, servers or a root.
     let absolute = portable.starts_with('/') || portable.contains(':');
     add(portable);
     let parts: Vec<&str> = portable.split('/').filter(|part| !part.is_empty() && *part != ".").collect();

@@ -53,7 +53,7 @@ impl Region {
     fn of(scene: &Scene) -> Option<Self> {
         let mut bounds = scene.bounds();
         if bounds.is_empty() || bounds.size().iter().all(|&side| side == 0.0) {
-            // Of a model that is smaller than what single precision knows there, nothing may be left.
+            // A model smaller than a step of single precision at that distance may have lost its extent.
             bounds = scene.instances().iter().fold(Bounds::EMPTY, |all, instance| {
                 let Some(mesh) = scene.meshes().get(instance.mesh.index()) else { return all };
                 let mut own = Bounds::EMPTY;
@@ -129,7 +129,7 @@ pub(super) fn points_of_text<'a>(
             if !tokens.next()?.eq_ignore_ascii_case(keyword) {
                 continue;
             }
-            // What is no point may hold the keyword of the next one.
+            // Tokens that are no point may hold the keyword of the next one.
             let mut ahead = tokens.clone();
             if let [Some(x), Some(y), Some(z)] = [(); 3].map(|()| ahead.next().and_then(double)) {
                 tokens = ahead;

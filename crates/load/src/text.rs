@@ -154,7 +154,7 @@ pub(super) fn leading_float(bytes: &[u8]) -> Option<(f32, &[u8])> {
         if !(1..=3).contains(&length_before(exponent, rest)) {
             return None;
         }
-        // Of three digits.
+        // The exponent has three digits at most.
         let value = value as u32;
         scale = if negative {
             scale.saturating_sub_unsigned(value)
@@ -238,7 +238,7 @@ fn general_float(token: &[u8]) -> Option<f32> {
 /// The same number in double precision.
 pub(super) fn double(token: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(token).ok();
-    // What single precision alone knows is no plain number.
+    // Spellings that only the reader of single precision knows are no plain numbers.
     text.and_then(|text| text.parse().ok()).or_else(|| float(token).map(f64::from))
 }
 

@@ -1,6 +1,6 @@
 //! `overcoat-embedded IN OUT [SIDE]`: a square PNG of a glTF or STL file.
 //!
-//! What a device calls that has a few megabytes to spare: one thread, no command line library, limits that fit.
+//! Calls for a device that has a few megabytes to spare: one thread, no command line library, limits that fit.
 
 use overcoat::Renderer;
 use overcoat::frame::DisplayOptions;

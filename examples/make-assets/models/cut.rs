@@ -81,7 +81,7 @@ pub fn cut(mut surface: Mesh, cuts: &[Cut], regions: &[Region], outputs: usize) 
         let mut levels = vec![-width, width];
         if rim > 0.0 {
             levels.push(width + rim);
-            // What lies inside of its own region is lower, and its edge is hidden.
+            // Surfaces inside of their own region are lower, and their edge is hidden.
             if cut.inside.is_none() {
                 levels.push(-width - rim);
             }

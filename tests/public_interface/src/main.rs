@@ -152,7 +152,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let spelt =
         |line: &String| names.iter().fold(line.clone(), |line, (source, name)| renamed(&line, source, name));
     let lines: BTreeSet<String> = out.iter().map(spelt).collect();
-    // What is listed with its members needs no line that says that it is re-exported.
+    // Items that are listed with their members need no line that says that they are re-exported.
     let defined: BTreeSet<String> = lines
         .iter()
         .filter(|line| !line.starts_with("pub use "))

@@ -59,7 +59,7 @@ impl Drawing<'_> {
             work.pictures.iter().map(|request| self.plan(request)).collect();
         let mut wanted: Vec<usize> = (0..planned.len()).collect();
         let mut stages = Stages::default();
-        // What is wrong with all of them is found before the model is read.
+        // If the plans of all pictures have failed, the model is not read.
         let Some(first) = planned.iter().find_map(|plan| plan.as_ref().ok()) else {
             return wanted.iter().try_for_each(|&k| self.tell_failure(k, &planned[k]));
         };

@@ -171,7 +171,7 @@ pub(super) fn resolve<'a>(
             let least = size.get() as u64;
             let stride = match root.buffer_views.at(view.get())?.byte_stride {
                 Some(stride) if declared && stride.0 != 0 => stride.0,
-                // What was compressed as padded elements is not packed because its view does not say so.
+                // Compressed data of padded elements stays padded where its view has no stride.
                 _ if declared => buffers.compressed_stride(view).unwrap_or(least),
                 _ => least,
             };
@@ -589,7 +589,7 @@ mod tests {
                 assert_eq!(scalar(Source::File(part)), scalar(Source::Memory(&bytes)));
             }
         }
-        // What is no longer there is an error.
+        // Bytes that no longer exist are an error.
         let base = strided(Source::File(Part::new(&shared, 399_000, 3000)), 12);
         let cut = Elements { base, ..elements(&[], 12, Component::F32, false, Kind::Vec3) };
         assert!(matches!(cut.floats::<3>(&Pick::Range(0..250)), Err(LoadError::Io(_))));

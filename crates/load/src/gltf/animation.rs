@@ -1,7 +1,7 @@
 //! Animations of the file: which there are, and the one that is played.
 //!
-//! What of an animation cannot be played is left out with a warning that names the channel; a limit that it exceeds
-//! ends the loading.
+//! Channels that cannot be played are left out with a warning that names them; a limit that they exceed ends the
+//! loading.
 
 use super::FORMAT;
 use super::accessor::{self, Component, Pick};
@@ -50,7 +50,7 @@ pub(super) fn choose(root: &Root, chosen: &str) -> Result<usize, LoadError> {
     }
     let known = if known.is_empty() { " none".to_owned() } else { known.join(",") };
     let shown: String = chosen.escape_debug().take(64).collect();
-    // Of a file with very many, the first are looked at.
+    // Files may have very many: only the first are looked at.
     let names = root.animations.iter().take(1000).filter_map(|a| a.name.as_deref());
     let nearest = nearest_name(chosen, names).map(|name| name.escape_debug().take(64).collect::<String>());
     let hint = suggestion(nearest.as_deref());
@@ -154,12 +154,12 @@ impl Channels {
         warnings: &mut Warnings,
     ) -> Result<Animation, LoadError> {
         let mut tracks = Vec::new();
-        // What a sampler means depends on what it is for.
+        // The meaning of a sampler depends on its target.
         let mut known: BTreeMap<(Index, usize, bool), Option<Arc<Curve>>> = BTreeMap::new();
         for &(k, target, sampler) in &self.list {
             let width = target.width(root);
             let rotation = matches!(target, Target::Rotation(_));
-            // What the channel changes in a pose.
+            // Memory of the channel's values in a pose.
             budget.charge(|| channel_name(root, self.index, k), width as u64, 16)?;
             let curve = match known.get(&(sampler, width, rotation)) {
                 Some(curve) => curve.clone(),

@@ -90,7 +90,7 @@ impl<'a> Buffers<'a> {
             let (start, length) = (given.byte_offset.0, given.byte_length.0);
             let there = self.source(index).len();
             let declared = self.root.buffers.get(index).map_or(0, |buffer| buffer.byte_length.0);
-            // Of a short buffer enough is said, and what has nothing to it is an error.
+            // A short buffer has been warned of already, and a view that begins behind the buffer is an error.
             if start.saturating_add(length) > there
                 && start <= there
                 && declared <= there
@@ -218,7 +218,7 @@ impl<'a> Buffers<'a> {
                 _ => return Err(malformed(format!("buffer {index} has neither a URI nor a binary chunk"))),
             },
         };
-        // What it lacks may be padding; if not, what lies there is not drawn.
+        // The missing bytes may be padding; if not, the data in them is not drawn.
         let found = bytes.source().len();
         if found < length {
             self.short.push(format!("buffer {index} has {found} bytes where its byteLength says {length}"));

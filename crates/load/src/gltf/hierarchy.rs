@@ -239,7 +239,7 @@ fn roots(root: &Root, warnings: &mut Warnings) -> Vec<Index> {
     let mut nodes = &scene.nodes;
     let mut reached = vec![false; root.nodes.len()];
     if !reaches_mesh(root, nodes, &mut reached) && root.nodes.iter().any(|node| node.mesh.is_some()) {
-        // What a scene without a mesh reaches has none for the next ones either.
+        // Nodes that scenes without a mesh reach are marked, and not visited again for the next ones.
         let other = root.scenes.iter().position(|Scene { nodes }| reaches_mesh(root, nodes, &mut reached));
         match other.and_then(|k| Some((k, root.scenes.get(k)?))) {
             Some((k, other)) => {
@@ -253,7 +253,7 @@ fn roots(root: &Root, warnings: &mut Warnings) -> Vec<Index> {
         }
     }
     let (twice, roots): (Vec<Index>, Vec<Index>) = nodes.iter().partition(|k| is_child(k));
-    // Of a cycle every node is a child.
+    // In a cycle every node is a child.
     if twice.is_empty() || roots.is_empty() {
         return nodes.clone();
     }

@@ -132,7 +132,7 @@ fn after_string(mut rest: &[u8]) -> &[u8] {
         let end = rest.iter().position(|&b| b == b'"' || b == b'\\');
         match end.and_then(|end| rest.get(end..)) {
             Some([b'"', others @ ..]) => return others,
-            // What a backslash stands before is part of the string.
+            // The character behind a backslash is part of the string.
             Some([_, _, others @ ..]) => rest = others,
             _ => return &[],
         }
@@ -178,7 +178,7 @@ mod tests {
             parse(&document(name), &mut Budget::new(&Limits::default()), &mut warnings).unwrap();
             assert_eq!(warnings.finish().len(), 1, "{name:?}");
         }
-        // What is wrong elsewhere is an error as before.
+        // Errors elsewhere stay errors.
         assert!(parsed("{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"\\ud83d\"},]}").is_err());
     }
 

@@ -6,8 +6,8 @@
 //! and charge every allocation in the order of the file, so that a limit is met at the same element whatever the
 //! number of threads.
 //!
-//! What comes out of that is a [`Rig`]: it makes the scene in the pose of the file or at a time of one animation, with
-//! vertices moved by morph targets and skins. Nothing is read or decoded again for another time.
+//! The result is a [`Rig`]: it makes the scene in the pose of the file or at a time of one animation, with vertices
+//! moved by morph targets and skins. Nothing is read or decoded again for another time.
 
 // Whatever a file says, nothing here panics: there is no operation that could.
 mod accessor;

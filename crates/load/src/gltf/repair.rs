@@ -27,7 +27,7 @@ pub(super) fn repaired(text: &[u8], pairs: bool) -> Option<Repaired> {
     let (mut replaced, mut doubled, mut in_string) = (false, false, false);
     let mut rest = text;
     while let Some((&byte, after)) = rest.split_first() {
-        // What stands for how many bytes.
+        // Replacement, and the number of bytes that it stands for.
         let (kept, length): (&[u8], usize) = match byte {
             b'"' => {
                 in_string = !in_string;

@@ -151,7 +151,7 @@ impl Rewriter {
             }
             let (mut numbers, before) = (parameter.numbers(found), parameter.numbers(&given));
             if name == "base_color" && textures == OwnTextures::Replaced {
-                // Of the edges, as alphaMode.
+                // The alpha of the file decides about edges, as alphaMode does.
                 let ([.., alpha], [.., own]) = (&mut numbers, before);
                 *alpha = own;
             }
@@ -239,7 +239,7 @@ impl Rewriter {
 
     /// The same as a scene has it, without textures.
     fn read(&self, text: &str) -> Result<Material, LoadError> {
-        // What is wrong with its numbers has been said, or is not changed.
+        // Warnings about its numbers have been given, or are about values that do not change.
         let mut quiet = Warnings::default();
         let (mut read, _) = material::convert(&self.alone(text)?, 0, &mut Textures::default(), &mut quiet)?;
         for (_, slot) in slots() {
@@ -490,7 +490,7 @@ mod tests {
 
     #[test]
     fn numbers_stand_where_the_file_has_them() {
-        // Of several coats that which is read; a draft's name that the file uses, else the newest.
+        // Of several coats the one that is read; a draft's name that the file uses, else the newest.
         let mut found = metal();
         found.lobes.coat.color.factor = [0.5, 0.25, 0.125];
         found.lobes.coat.ior = 1.75;

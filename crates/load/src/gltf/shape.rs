@@ -199,7 +199,7 @@ impl Geometry {
             )),
         }
         data.kind = self.source.topology.kind();
-        // Where every vertex is a point, in order, they need not be listed.
+        // If every vertex is a point, in order, they need not be listed.
         let in_order = |data: &MeshData| {
             let mut listed = data.triangles.iter().zip(0_u32..);
             data.triangles.len() == data.positions.len()
@@ -289,7 +289,7 @@ impl Geometry {
             return Ok(data);
         }
         data.positions = attribute(source.position, "POSITION", &[Kind::Vec3])?.floats(pick)?;
-        // What cannot be read of the rest is left out.
+        // Other attributes that cannot be read are left out.
         let mut notes = Vec::new();
         let mut optional = |what: &str, index: Option<Index>, kinds: &[Kind]| {
             let result = attribute(index?, what, kinds);

@@ -51,7 +51,7 @@ fn chosen(scene: &Scene, name: Option<&str>) -> Result<BTreeSet<MaterialId>, Ass
     let names: BTreeSet<&str> = materials.iter().map(|m| m.name.as_str()).filter(|n| !n.is_empty()).collect();
     Err(AssignError::NoSuchMaterial {
         name: name.to_owned(),
-        // Of hostile files, which may have a million names, the first few thousand will do.
+        // Hostile files may have a million names: the first few thousand will do.
         nearest: nearest_name(name, names.iter().copied().take(4096)).map(str::to_owned),
         names: names.into_iter().map(str::to_owned).collect(),
     })

@@ -1,7 +1,7 @@
 //! Materials of OBJ files: Wavefront's Phong parameters, and the PBR extension that Exocortex, Blender and others
 //! write.
 //!
-//! How Phong becomes physically based:
+//! Conversion of Phong's parameters to physically based ones:
 //! - `Kd` is the base colour. It is read as sRGB, as it was picked on a screen, unless the material has a PBR
 //!   parameter: programs that write those work in linear colours.
 //! - Roughness follows the exponent `Ns`: alpha = sqrt(2 / (Ns + 2)) (B. Walter et al., *Microfacet Models for

@@ -544,7 +544,7 @@ fn plain_floats<const N: usize>(mut rest: &[u8]) -> Option<([f32; N], &[u8])> {
         let [b' ', start @ ..] = rest else { return None };
         (*value, rest) = leading_float(after_spaces(start))?;
     }
-    // What else begins right here is a part of the last word.
+    // Anything else that begins right here is a part of the last word.
     match rest {
         [b' ', after @ ..] => {
             let end = after_spaces(after);

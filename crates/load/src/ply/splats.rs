@@ -1,9 +1,9 @@
 //! PLY files of Gaussian splats, as trainers write them.
 //!
-//! Of each vertex `x y z`, the logarithms `scale_0..2`, the quaternion `rot_0..3` (w first), the `opacity` before the
-//! logistic function, and coefficients of spherical harmonics: `f_dc_0..2` of degree 0, and `f_rest_*` of the others, all of
-//! red before all of green and blue. Such files come from photographs whose cameras look along +Z with +Y down, so -Y is up,
-//! unless a comment names another `Vertical Axis`.
+//! Properties of each vertex: `x y z`, the logarithms `scale_0..2`, the quaternion `rot_0..3` (w first), the `opacity`
+//! before the logistic function, and coefficients of spherical harmonics: `f_dc_0..2` of degree 0, and `f_rest_*` of
+//! the others, all of red before all of green and blue. Such files come from photographs whose cameras look along +Z
+//! with +Y down, so -Y is up, unless a comment names another `Vertical Axis`.
 
 use super::body::{cut, skip, skip_property};
 use super::header::{Element, Encoding, Header, Kind, Scalar};

@@ -34,7 +34,7 @@ impl<'a> Values<'a> {
     #[inline]
     pub(super) fn number(&mut self, scalar: Scalar) -> Result<f32, Missing> {
         match self {
-            // What is no number is not finite either.
+            // Tokens that are no numbers become NaN, which is not finite either.
             Self::Ascii(tokens) => Ok(float(tokens.next().ok_or(Missing::End)?).unwrap_or(f32::NAN)),
             Self::LittleEndian(bytes) => binary(bytes, scalar, false).map(|v| v.0),
             Self::BigEndian(bytes) => binary(bytes, scalar, true).map(|v| v.0),

@@ -347,7 +347,7 @@ impl<'a> Reader<'a> {
                 not_utf8 |= std::str::from_utf8(name).is_err();
                 self.open = Some(String::from_utf8_lossy(name).into_owned());
             } else if token.eq_ignore_ascii_case(b"endsolid") {
-                // Of the words of its name none is read where more follows on the line.
+                // The rest of the line is a name and skipped, unless facets follow on the same line.
                 let before = tokens.clone();
                 let line = tokens.rest_of_line();
                 let head = line.get(..LONGEST_NAME).unwrap_or(line);
@@ -598,7 +598,7 @@ mod tests {
             let mesh = &loaded.scene.meshes()[0];
             assert_eq!((mesh.positions().len(), mesh.triangles().len()), (6, 2));
             let color = |t: usize| mesh.colors()[mesh.triangles()[t][0] as usize];
-            // Where the first facet is left out, its copy at the end is red.
+            // If the first facet is left out, its copy at the end is red.
             assert_eq!(color(skipped), [1.0, 0.0, 0.0, 1.0]);
             assert_eq!(color(1 - skipped), default_material().base_color);
             // Smooth over the change of colour.

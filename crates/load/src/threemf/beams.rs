@@ -173,7 +173,7 @@ mod tests {
             volume += (a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) / 6.0;
         }
         assert!(edges.values().all(|&sum| sum == 0), "{edges:?}");
-        // Of a frustum over hexagons: (A + B + sqrt(A B)) h / 3.
+        // Volume of a frustum over hexagons: (A + B + sqrt(A B)) h / 3.
         let area = |r: f32| 1.5 * 3.0_f32.sqrt() * r * r;
         let expected = (area(0.5) + area(0.25) + (area(0.5) * area(0.25)).sqrt()) * 17.0_f32.sqrt() / 3.0;
         assert!((volume - expected).abs() < 1e-3 * expected, "{volume} {expected}");

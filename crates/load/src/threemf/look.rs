@@ -134,7 +134,7 @@ fn layers(
     let &lowest = groups.first()?;
     let first_is_material = matches!(model.group(lowest)?.members, Members::Bases(_) | Members::Mixtures(_));
     let place_of = |corner: u32, layer: usize| {
-        // Those that are not given are 0 (materials extension, 5.1).
+        // Missing indices are 0 (materials extension, 5.1).
         places.get(corner as usize).map(|places| places.get(layer).copied().unwrap_or(0))
     };
     let finish = finish_of(model, lowest, place_of(corners[0], 0)?);
@@ -181,7 +181,7 @@ impl Builder<'_> {
 
     /// The material of the scene for a look.
     pub(super) fn material(&mut self, model: usize, key: Key) -> Result<MaterialId, LoadError> {
-        // Those of the slicer are the same in every part.
+        // Materials of the slicer are the same in every part.
         let model = if matches!(key, Key::Plain | Key::Filament(_)) { 0 } else { model };
         if let Some(&id) = self.looks.materials.get(&(model, key)) {
             return Ok(id);

@@ -1,10 +1,9 @@
 //! 3MF: the 3D Manufacturing Format (3MF Consortium, core specification 1.4, materials and properties extension 1.2,
 //! production extension 1.2).
 //!
-//! What is built is drawn, each item where it stands; units become metres. Z is up in such files, which is turned where all
-//! formats are.
-//! Supports are drawn, objects of the type "other" are not; of a file of which nothing would be built, all objects are drawn
-//! where they are, with a warning. Textures and colours are opaque unless they are layers;
+//! Items that are built are drawn, each where it stands; units become metres. Z is up in such files, which is turned
+//! where all formats are. Supports are drawn, objects of the type "other" are not; if nothing of a file would be built,
+//! all its objects are drawn where they are, with a warning. Textures and colours are opaque unless they are layers;
 //! colours vary linearly over a triangle, where the specification asks for a variation of their sRGB codes.
 //!
 //! The specification has no attribute `printable` of items, which PrusaSlicer and those made from it write. An item with

@@ -305,7 +305,7 @@ struct Spaces {
 impl Spaces {
     fn of(root: &Tag<'_>) -> Self {
         let mut declared = Vec::new();
-        // What is damaged here shows when the element is read as such.
+        // Damage here shows when the element is read as such.
         let _ = root.raw_attributes(|name, value| {
             let prefix = if name == "xmlns" { Some("") } else { name.strip_prefix("xmlns:") };
             if let Some(prefix) = prefix
@@ -459,7 +459,7 @@ impl Mesh {
                 "p2" => corners[1] = index(value),
                 "p3" => corners[2] = index(value),
                 "pid" => group = index(value),
-                // Of PrusaSlicer, and of Bambu Studio and OrcaSlicer.
+                // Attributes of PrusaSlicer, and of Bambu Studio and OrcaSlicer.
                 "slic3rpe:mmu_segmentation" | "paint_color" => self.codes.push_str(value),
                 _ => {}
             }

@@ -149,7 +149,7 @@ impl Settings {
     /// Settings of an object that is built.
     pub(super) fn object(&self, id: u32) -> Part {
         let extruder = self.objects.get(&id).and_then(|settled| settled.extruder);
-        // Where slicers say nothing they print with the first one.
+        // Without settings, slicers print with the first extruder.
         let first = (!self.filaments.is_empty() && !self.objects.is_empty()).then_some(1);
         Part { left_out: None, extruder: extruder.or(first), owner: id }
     }
