@@ -71,7 +71,7 @@ impl EnvironmentFolder {
         Ok(Self { path, bytes, failure: Mutex::default() })
     }
 
-    /// Why the last environment could not be kept, in one line, if it could not. Asking forgets it.
+    /// Error of keeping the last environment, in one line, if there was one. Asking forgets it.
     #[must_use]
     pub fn take_failure(&self) -> Option<String> {
         self.failure.lock().map_or(None, |mut failure| failure.take())

@@ -140,7 +140,7 @@ impl Orbit {
         }
     }
 
-    /// The same with the camera at another height over the point, in distances, as far as that is allowed.
+    /// Orbit with the camera at another height over the point, in distances, as far as that is allowed.
     fn with_height(self, height: f64) -> Self {
         let y = height.clamp(-STEEPEST, STEEPEST);
         let [x, _, z] = self.back;

@@ -3,7 +3,7 @@
 use overcoat_load::LoadError;
 use overcoat_scene::SceneError;
 
-/// Why a world is not changed.
+/// Reason why a world is not changed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorldError {

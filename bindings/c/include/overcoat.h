@@ -117,7 +117,7 @@ typedef enum {
  */
 typedef enum {
   /*
-   That of the settings, or else fast.
+   Quality of the settings, or else fast.
    */
   OVERCOAT_QUALITY_DEFAULT = 0,
   /*
@@ -133,7 +133,7 @@ typedef enum {
    */
   OVERCOAT_QUALITY_GOOD = 3,
   /*
-   The same with more of each.
+   Maps, rays and shadings of good, with more of each.
    */
   OVERCOAT_QUALITY_BEST = 4,
 } overcoat_quality;
@@ -155,7 +155,7 @@ typedef enum {
    */
   OVERCOAT_ENVIRONMENT_FILE = 2,
   /*
-   The same in memory.
+   Such a file in memory.
    */
   OVERCOAT_ENVIRONMENT_MEMORY = 3,
 } overcoat_environment_kind;
@@ -403,11 +403,11 @@ typedef struct {
    */
   uint32_t size;
   /*
-   In pixels; 0: that of the settings, or else 512.
+   Width in pixels; 0: that of the settings, or else 512.
    */
   uint32_t width;
   /*
-   Likewise.
+   Height in pixels; 0: that of the settings, or else 512.
    */
   uint32_t height;
   /*

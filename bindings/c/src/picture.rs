@@ -41,7 +41,7 @@ unsafe impl Sized32 for overcoat_camera {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
 pub enum overcoat_quality {
-    /// That of the settings, or else fast.
+    /// Quality of the settings, or else fast.
     OVERCOAT_QUALITY_DEFAULT = 0,
     /// Nothing blocks light.
     OVERCOAT_QUALITY_DRAFT = 1,
@@ -49,7 +49,7 @@ pub enum overcoat_quality {
     OVERCOAT_QUALITY_FAST = 2,
     /// Larger maps, rays for light of other surfaces, four shadings a pixel where they show.
     OVERCOAT_QUALITY_GOOD = 3,
-    /// The same with more of each.
+    /// Maps, rays and shadings of good, with more of each.
     OVERCOAT_QUALITY_BEST = 4,
 }
 
@@ -60,9 +60,9 @@ pub enum overcoat_quality {
 pub struct overcoat_picture {
     /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
-    /// In pixels; 0: that of the settings, or else 512.
+    /// Width in pixels; 0: that of the settings, or else 512.
     pub width: u32,
-    /// Likewise.
+    /// Height in pixels; 0: that of the settings, or else 512.
     pub height: u32,
     /// Coverage samples a pixel, 1, 4, 8 or 16; 0: those of the settings, or else 8.
     pub samples: u32,

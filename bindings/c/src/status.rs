@@ -39,7 +39,7 @@ pub enum overcoat_status {
 
 pub use overcoat_status as Status;
 
-/// Why something is not done.
+/// Reason of a failed call: status and message.
 #[derive(Debug)]
 pub struct Failure {
     pub status: Status,

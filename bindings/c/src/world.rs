@@ -255,7 +255,7 @@ pub enum overcoat_environment_kind {
     OVERCOAT_ENVIRONMENT_NONE = 1,
     /// A Radiance HDR, OpenEXR, JPEG, PNG or WebP file: an equirectangular picture.
     OVERCOAT_ENVIRONMENT_FILE = 2,
-    /// The same in memory.
+    /// Such a file in memory.
     OVERCOAT_ENVIRONMENT_MEMORY = 3,
 }
 

@@ -16,7 +16,7 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// Nothing used yet.
+    /// Budget of which nothing is used yet.
     pub(crate) fn new(limits: &Limits) -> Self {
         Self { used: 0, limit: limits.decoded_bytes, pixels: 0, pixel_limit: limits.total_texture_pixels }
     }

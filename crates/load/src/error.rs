@@ -25,7 +25,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Why a file does not become a scene. The message names the element; who opened the file puts its name before it.
+/// Error of loading a file. The message names the element; callers that opened the file put its name before it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {

@@ -34,7 +34,7 @@ pub struct Viewer {
     /// The button that is down, and how far the pointer has moved since.
     pressed: Option<(MouseButton, f64)>,
     modifiers: ModifiersState,
-    /// When the animation began to play.
+    /// Time at which the animation began to play.
     playing: Option<Instant>,
     /// Pictures of `--frames` that are drawn, and when the first was.
     frames: u32,

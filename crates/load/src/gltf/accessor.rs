@@ -17,10 +17,10 @@ use std::ops::Range;
 /// and many for one call.
 const PIECE: usize = 1 << 17;
 
-/// The same for single elements: what lies between two that are this close is read with them.
+/// Largest gap in bytes between single elements that is read with them, instead of a call for each.
 const GAP: usize = 1 << 12;
 
-/// Which elements are read.
+/// Elements that are read.
 #[derive(Clone, Debug)]
 pub(super) enum Pick {
     /// A run of them.

@@ -46,7 +46,7 @@ struct Decompressed {
     layout: meshopt::Layout,
     /// Empty until [`Buffers::decompress`].
     bytes: Vec<u8>,
-    /// Why there are none then.
+    /// Reason why there are none after that.
     damage: Option<String>,
 }
 

@@ -105,7 +105,7 @@ pub(super) struct Stored<'a> {
     pub buffers: &'a Buffers<'a>,
     /// Draco data, and what accessors are called in it.
     pub compressed: Option<(&'a Decoded, Vec<(Index, Index)>)>,
-    /// As many as each attribute has to have.
+    /// Number of elements that each attribute must have.
     pub vertices: u64,
     pub pick: &'a Pick,
 }

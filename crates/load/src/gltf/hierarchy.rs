@@ -285,7 +285,7 @@ fn reaches_mesh(root: &Root, nodes: &[Index], reached: &mut [bool]) -> bool {
     found
 }
 
-/// Which nodes are another's child.
+/// True for nodes that are the child of another.
 fn children(root: &Root) -> Vec<bool> {
     let mut child = vec![false; root.nodes.len()];
     for k in root.nodes.iter().flat_map(|node| &node.children) {

@@ -274,7 +274,7 @@ struct Loader<'a> {
     textures: Textures,
     /// Used materials in the order of first use, with their numbers in the file and provisional texture ids.
     materials: Vec<(Option<usize>, Material)>,
-    /// Which texture coordinates of the file each of them reads.
+    /// Sets of texture coordinates in the file that each of them reads.
     uv_sets: Vec<[u32; 2]>,
     /// Number in the file (`None`: the default material), whether it is without light and whether primitives have colours, to
     /// place.

@@ -77,7 +77,7 @@ pub(crate) struct Rig {
     pub(super) animations: Vec<AnimationInfo>,
     /// Origins of the scene and of geometries that are far from zero.
     pub(super) far: Far,
-    /// Which way is up.
+    /// Axis that is up, and the front.
     pub(super) orientation: Orientation,
     /// Warnings of reading the file.
     pub(super) warnings: Warnings,

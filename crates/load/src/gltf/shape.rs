@@ -39,14 +39,14 @@ pub(super) struct Topological {
 }
 
 impl Topological {
-    /// Nothing to draw.
+    /// Empty topology, of which nothing is drawn.
     pub(super) fn nothing() -> Self {
         Self { triangles: Vec::new(), span: (0, 0), decoded: None, left_out: 0 }
     }
 }
 
 impl Shape {
-    /// Nothing to draw, in place of a primitive that cannot be read.
+    /// Empty mesh, in place of a primitive that cannot be read.
     ///
     /// # Errors
     /// [`LoadError::Scene`] never: there is nothing to be wrong.

@@ -5,7 +5,7 @@ use serde_json::value::RawValue;
 use std::fmt;
 use std::ops::Range;
 
-/// Why a text cannot be changed: it is no JSON, or something is no object.
+/// Error for a text that cannot be changed: it is no JSON, or something is no object.
 pub type Refused = serde_json::Error;
 
 /// The members of an object in their order, each with the text of its value.

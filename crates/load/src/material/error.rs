@@ -6,7 +6,7 @@ use overcoat_core::suggest::suggestion;
 use overcoat_scene::SceneError;
 use std::fmt;
 
-/// Why a material file is refused: the place and the reason. Who opened the file puts its name before it.
+/// Error in a material file: the place and the reason. Callers that opened the file put its name before the message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialError {
     /// Line of the file, from 1; `None` if the file as a whole is meant.
@@ -66,7 +66,7 @@ pub enum MaterialErrorReason {
     Conflict {
         /// The other key.
         other: &'static str,
-        /// Why both cannot be.
+        /// Reason why both cannot be.
         why: &'static str,
     },
     /// The key means nothing without another one.
@@ -169,7 +169,7 @@ impl MaterialError {
     }
 }
 
-/// Why a material cannot be laid over a scene.
+/// Error of laying a material over a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AssignError {

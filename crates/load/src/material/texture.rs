@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub(super) struct TextureUse {
     /// As written.
     pub(super) file: String,
-    /// Which channel, where the key takes one and the file says.
+    /// Channel, where the key takes one and the file gives it.
     pub(super) channel: Option<u8>,
     /// Set of texture coordinates.
     pub(super) uv_set: u8,

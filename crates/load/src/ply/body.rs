@@ -35,7 +35,7 @@ const UV: usize = 6;
 pub(super) const COLOR: usize = 8;
 pub(super) const ALPHA: usize = 11;
 
-/// Which slot a property fills, if any.
+/// Slot that a property fills, with the type of its values; `None` for lists and unknown names.
 fn slot(property: &Property) -> Option<(usize, Scalar)> {
     let Kind::One(scalar) = property.kind else { return None };
     let name = property.name.as_str();
@@ -153,7 +153,7 @@ pub(super) struct Vertices {
     pub(super) values: Vec<f32>,
     /// Meaning of the values.
     pub(super) measure: Measure,
-    /// Why there are not as many as the header says.
+    /// Reason why there are fewer than the header says.
     pub(super) cut: Option<String>,
 }
 
@@ -171,7 +171,7 @@ pub(super) struct Faces {
     pub(super) bad: u64,
     /// Faces of less than three corners.
     pub(super) short: u64,
-    /// Why there are not as many as the header says.
+    /// Reason why there are fewer than the header says.
     pub(super) cut: Option<String>,
     /// Name of the list that is taken for the corners, if it is none of the usual ones.
     pub(super) unusual: Option<String>,
@@ -182,7 +182,7 @@ fn item(element: &Element, number: u64) -> String {
     format!("element '{}', item {number} of {}", element.name, element.count)
 }
 
-/// Why an element is read only as far as it goes: one line.
+/// Reason why an element is read only in part: one line.
 pub(super) fn cut(element: &Element, number: u64, missing: Missing) -> String {
     let item = item(element, number);
     match missing {

@@ -27,7 +27,7 @@ pub(super) struct Edges {
     ends: Vec<[i64; 2]>,
     /// One per edge; empty without.
     colors: Vec<[f32; 4]>,
-    /// Why there are not as many as the header says.
+    /// Reason why there are fewer than the header says.
     pub(super) cut: Option<String>,
 }
 

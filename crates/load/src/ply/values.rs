@@ -12,7 +12,7 @@ pub(super) enum Values<'a> {
     BigEndian(&'a [u8]),
 }
 
-/// Why there is no value.
+/// Reason why there is no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Missing {
     /// The file has ended.

@@ -41,7 +41,7 @@ const FORMAT: &str = "3MF";
 const START: &str = "/3dmanufacturing/2013/01/3dmodel";
 /// Path of the root model part in nearly all files, related or not.
 const USUAL_START: &str = "3D/3dmodel.model";
-/// Why an object is not drawn that is never built.
+/// Reason why an object that is never built is not drawn.
 const OTHER: &str = "of the type 'other', which is not built";
 /// Objects may nest this deep, whatever the limits say.
 const DEEPEST: u64 = 1024;

@@ -46,7 +46,7 @@ impl Properties {
 #[derive(Debug, Default)]
 pub(super) struct Mesh {
     pub(super) positions: Vec<[f32; 3]>,
-    /// The same in double precision, until all are read; empty unless the model is far away.
+    /// Positions in double precision, until all are read; empty unless the model is far away.
     doubles: Vec<[f64; 3]>,
     /// Origin that they become relative to in the end.
     pub(super) origin: Origin,
@@ -295,7 +295,7 @@ fn unit_in_metres(name: &str) -> Option<f64> {
     })
 }
 
-/// Which prefixes belong to other formats than the core's: elements of theirs may have the same names.
+/// Prefixes of other formats than the core's: elements of theirs may have the same names.
 struct Spaces {
     /// Prefixes and namespaces that the root declares.
     declared: Vec<(String, String)>,

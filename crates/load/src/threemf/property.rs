@@ -295,7 +295,7 @@ fn mixed(colors: &[[f32; 4]], shares: impl Iterator<Item = f32>) -> Option<[f32;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Layered {
     pub(super) color: [f32; 4],
-    /// Which layer's texture is seen.
+    /// Number of the layer whose texture is seen.
     pub(super) texture: Option<usize>,
     /// The layers do not come to a colour times a texture: something is lost.
     pub(super) approximate: bool,

@@ -19,7 +19,7 @@ const FILAMENTS: usize = 256;
 /// Settings of a part of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Part {
-    /// Why it is not drawn.
+    /// Reason why it is not drawn.
     pub(super) left_out: Option<&'static str>,
     /// From 1.
     pub(super) extruder: Option<u32>,
@@ -53,7 +53,7 @@ pub(super) struct Settings {
     filaments: Vec<[f32; 4]>,
 }
 
-/// Why a part of this kind is not drawn.
+/// Reason why a part of this kind is not drawn; `None` if it is drawn.
 fn kind(name: &str) -> Option<&'static str> {
     Some(match name {
         "modifier_part" | "ParameterModifier" => "modifiers of a slicer",

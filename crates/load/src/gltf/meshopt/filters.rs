@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(shorts(&element[0]), [-1; 4]);
     }
 
-    /// Whatever the numbers are, something comes out.
+    /// Filters give some result for any numbers.
     #[test]
     fn numbers_that_no_encoder_writes() {
         let mut random = Random::new(29);

@@ -12,7 +12,7 @@ mod indices;
 use serde::Deserialize;
 use std::num::NonZeroUsize;
 
-/// Why a stream cannot be decoded.
+/// Reason why a stream cannot be decoded.
 type Damage = &'static str;
 
 const CUT_OFF: Damage = "its compressed data ends too early";
