@@ -45,7 +45,7 @@ const HEADER: usize = 8 + 32 + 32;
 /// Bytes of a file at most: the largest environment has 5 million.
 const MOST_BYTES: u64 = 8 << 20;
 
-/// How names of files end, after 64 digits.
+/// File name extension of cached environments, after 64 hexadecimal digits.
 const EXTENSION: &str = ".environment";
 
 /// A folder of filtered environments, bounded. See the [module](self).
@@ -71,7 +71,7 @@ impl EnvironmentFolder {
         Ok(Self { path, bytes, failure: Mutex::default() })
     }
 
-    /// Why the last environment could not be kept, in one line, if it could not. Asking forgets it.
+    /// Error of keeping the last environment, in one line, if there was one. Asking forgets it.
     #[must_use]
     pub fn take_failure(&self) -> Option<String> {
         self.failure.lock().map_or(None, |mut failure| failure.take())
@@ -131,7 +131,7 @@ impl EnvironmentStore for EnvironmentFolder {
     }
 }
 
-/// What a picture's filtered form is known by.
+/// Key of a picture's filtered form: hash of the version, the size and all pixels.
 fn key(picture: &EquirectImage) -> Hash {
     let mut hasher = Hasher::new();
     hasher.update(concat!("overcoat ", env!("CARGO_PKG_VERSION"), " environment").as_bytes());

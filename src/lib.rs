@@ -19,7 +19,7 @@
 //! comes a [`Frame`] of linear light; [`Frame::frame_hash`] names its bits. [`Renderer::render_image`] makes a picture for
 //! screens tile by tile, with four bytes a pixel in place of twenty.
 //!
-//! What the models compute, and where engines differ, is on a page of its own: [`guide::clear_coat`].
+//! The formulas of the models, and where engines differ, are on a page of their own: [`guide::clear_coat`].
 //!
 //! Whole programs, from a file to pixels and from nothing to a scene, are on a page: [`guide::library`].
 //!

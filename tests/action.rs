@@ -44,7 +44,7 @@ fn every_input_reaches_the_script() {
         assert!(action.contains(&passed), "{name} is not passed on");
         assert!(script.contains(&variable), "{name} is not used");
     }
-    // What users write is never part of a command.
+    // Input of users is never part of a command.
     let run = action.split("run: ").nth(1).unwrap().lines().next().unwrap();
     assert!(!run.contains("inputs."), "{run}");
 }

@@ -91,7 +91,8 @@ fn cameras() -> [Camera; 4] {
         .map(|eye| Camera::new(eye, [0.0; 3], [0.0, 1.0, 0.0], Projection::Perspective { fov_y: 0.7 }, 0.01))
 }
 
-/// What `frames` frames allocate, after three turns through all cameras; or as many pictures for a screen.
+/// Allocations of `frames` frames, after three turns through all cameras; of pictures for a screen if `display` is
+/// given.
 fn count(
     renderer: &mut Renderer,
     scene: &Scene,
@@ -124,7 +125,7 @@ fn count(
     region.change()
 }
 
-/// What pictures of several sizes and parts allocate that are drawn into one buffer, after each has been drawn.
+/// Allocations of pictures of several sizes and regions drawn into one buffer, after each has been drawn before.
 fn count_resized(renderer: &mut Renderer, scene: &Scene, frames: usize) -> Stats {
     let (cameras, display) = (cameras(), DisplayOptions::default());
     let sizes = [[160, 112], [80, 56], [33, 90], [160, 112], [16, 16]];

@@ -22,10 +22,10 @@ const FOLDERS: [&str; 11] = [
     ".ci",
 ];
 
-/// How names of files end that documents mention without their folder.
+/// File name extensions by which documents mention files without their folder.
 const EXTENSIONS: [&str; 6] = [".rs", ".md", ".toml", ".tsv", ".sh", ".py"];
 
-/// What somebody may want to add.
+/// Recipes that the document must have, for what contributors may want to add.
 const RECIPES: [&str; 6] = [
     "To add a shading model",
     "To add a glTF extension",
@@ -72,13 +72,13 @@ fn quoted(text: &str) -> Vec<String> {
     words
 }
 
-/// Whether a word leads into this tree: its first part is a folder that stands in it.
+/// True if a word leads into this tree: its first part is a folder that stands in it.
 fn leads_into_the_tree(word: &str) -> bool {
     word.split_once('/')
         .is_some_and(|(first, _)| ["src", "crates"].contains(&first) || FOLDERS.contains(&first))
 }
 
-/// Whether a word of a document about the tree is meant as a path.
+/// True if a word of a document about the tree is meant as a path.
 fn is_path(word: &str) -> bool {
     let has_extension = || EXTENSIONS.iter().any(|end| word.len() > end.len() && word.ends_with(end));
     let elsewhere = ["/", "-", "target/"].iter().any(|start| word.starts_with(start)) || word.contains("://");
@@ -99,7 +99,7 @@ fn links(text: &str) -> Vec<String> {
     targets.filter(|target| !target.is_empty() && !target.contains("://")).map(str::to_owned).collect()
 }
 
-/// Whether a path is there, and is a folder if it ends as one.
+/// True if a path exists, and is a folder if it ends as one.
 pub fn exists(path: &str) -> bool {
     let found = root().join(path);
     if path.ends_with('/') { found.is_dir() } else { found.exists() }

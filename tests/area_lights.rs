@@ -56,7 +56,7 @@ impl Surface {
         a2 / (std::f64::consts::PI * d * d) * visibility * l / self.albedo
     }
 
-    /// What the lanes give.
+    /// Integral by linearly transformed cosines: the code under test.
     fn evaluate(&self, light: &Light) -> f64 {
         let l = Scalar;
         let point = |p: Point| Vec3::splat(l, p.map(|v| v as f32));
@@ -79,7 +79,7 @@ impl Surface {
         f64::from(share.to_array()[0])
     }
 
-    /// What the facets give, in `parts` pieces a side.
+    /// Integral by [`Facets`], in `parts` pieces a side.
     fn facets(&self, light: &Light, parts: usize) -> f64 {
         let l = Scalar;
         let point = |p: Point| Vec3::splat(l, p.map(|v| v as f32));

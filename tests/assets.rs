@@ -169,7 +169,7 @@ fn surfaces_are_closed() {
     for name in MODELS {
         let glb = Glb::read(name);
         for mesh in glb.list("meshes") {
-            // How often each edge between two points is walked forwards less how often backwards.
+            // Count of how often each edge between two points is walked forwards, less how often backwards.
             let mut edges: BTreeMap<([u32; 3], [u32; 3]), i32> = BTreeMap::new();
             for primitive in glb.primitives(mesh) {
                 let point = |i: usize| -> [u32; 3] {

@@ -119,7 +119,7 @@ fn packages() -> BTreeSet<String> {
     names.collect()
 }
 
-/// Whether a command of another program names only packages, scripts and folders of the tree that are there.
+/// True if a command of another program names only packages, scripts and folders that exist in the tree.
 fn is_possible(command: &str, packages: &BTreeSet<String>) -> bool {
     let words: Vec<&str> = command.split(" #").next().unwrap().split_whitespace().collect();
     let value = |option: &str| words.iter().position(|word| *word == option).map(|at| words[at + 1]);

@@ -258,7 +258,7 @@ fn options() -> Vec<RenderOptions> {
 fn pictures_are_those_of_textures_that_are_decoded_as_a_whole() {
     let file = everything();
     let whole = scene(&file, TextureLoading::Whole);
-    // What some pictures have read stays for those that follow.
+    // Texels that some pictures have read are kept for those that follow.
     let kept = scene(&file, TextureLoading::ByNeed);
     let (mut first, mut second, mut third) = (Renderer::new(2), Renderer::new(2), Renderer::new(1));
     for (number, options) in options().into_iter().enumerate() {
@@ -468,7 +468,7 @@ fn pictures_are_those_of_environments_that_are_filtered_at_every_roughness() {
             let expected = whole.render(&scene, &camera, &options).unwrap().frame.frame_hash();
             let fresh = Renderer::new(1).render(&scene, &camera, &options).unwrap().frame.frame_hash();
             assert_eq!(fresh, expected, "{shading:?} {number}");
-            // What some pictures have looked up stays for those that follow.
+            // Lookups of some pictures are kept for those that follow.
             let kept = kept.render(&scene, &camera, &options).unwrap().frame.frame_hash();
             assert_eq!(kept, expected, "kept: {shading:?} {number}");
         }

@@ -378,7 +378,7 @@ fn pipes_carry_models_in_and_pictures_out() {
     let empty = overcoat_with_input(folder.path(), &["render", "-", "-o", "-"], b"");
     assert_eq!(empty.status.code(), Some(1));
     assert!(stderr(&empty).contains("standard input") && empty.stdout.is_empty(), "{}", stderr(&empty));
-    // Who reads from a pipe has no folder to read more from.
+    // A model read from a pipe has no folder to read more from.
     let mut outside = quad();
     outside["buffers"][0]["uri"] = json!("quad.bin");
     let text = outside.to_string();
@@ -439,7 +439,7 @@ fn json_has_what_it_promises() {
         assert!(report["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
     }
 
-    // What never changes the picture does not change it here either.
+    // SIMD level of every processor of the architecture: like the other options it never changes the picture.
     fn baseline() -> &'static str {
         if cfg!(target_arch = "x86_64") {
             "sse2"
@@ -710,7 +710,7 @@ fn a_picture_of_nothing_is_a_failure() {
     }
     let bench = overcoat(folder.path(), &["bench", "clear.glb", "--frames", "1", "--size", "24"]);
     assert_eq!(bench.status.code(), Some(1), "{}", stderr(&bench));
-    // Of a sheet there is something to see.
+    // Every cell of a sheet must have something to see.
     let sheet = ["sheet", "quad.glb", "flat.obj", "-o", "out.png", "--size", "24", "--json"];
     let output = overcoat(folder.path(), &sheet);
     assert_eq!(output.status.code(), Some(1));
@@ -738,7 +738,7 @@ fn hardly_anything_to_see_is_a_warning_that_helps() {
     let message =
         stderr(&overcoat(folder.path(), &["render", "stray.obj", "-o", "out.png", "--size", "128"]));
     assert!(message.contains("all but 1 of 401 triangles are within"), "{message}");
-    // What it says helps.
+    // Following its advice helps.
     let words: Vec<&str> = message.split(' ').collect();
     let after = |option: &str| words[words.iter().position(|w| *w == option).unwrap() + 1];
     let (eye, target) = (after("--eye"), after("--target"));
@@ -749,7 +749,7 @@ fn hardly_anything_to_see_is_a_warning_that_helps() {
     assert!(covered > 128 * 128 / 8, "{covered} pixels");
 }
 
-/// What each picture of many has in common may come from a scene file.
+/// Settings that all pictures of a sheet share may come from a scene file.
 #[test]
 fn a_sheet_takes_lights_and_options_from_a_scene_file() {
     let folder = folder();

@@ -25,7 +25,7 @@ fn corpus() -> Option<PathBuf> {
     folder
 }
 
-/// How a run of the program ended.
+/// Outcome of a run of the program.
 struct Outcome {
     /// `None`: by a signal.
     code: Option<i32>,

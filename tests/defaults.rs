@@ -1,4 +1,4 @@
-//! What a picture is where nobody says how it is to be: its tier, its floor, and the planes that tell of them.
+//! Defaults of a picture: its tier, its ground, and the planes that tell of them.
 
 use overcoat::description::{Description, Machine, Picture};
 use overcoat::frame::{Aov, Frame};
@@ -12,7 +12,7 @@ use std::path::Path;
 
 const SIZE: u32 = 96;
 
-/// What a scene file with these lines describes, of one of the bundled models or of a scene.
+/// The picture that a scene file with these lines describes, of one of the bundled models or of a scene.
 fn picture(text: &str, scene: Option<Scene>) -> Picture {
     let model = if scene.is_some() { "" } else { "model = 'assets/models/sports-car.glb'\n" };
     let mut description = Description::from_toml(&format!("{model}size = {SIZE}\n{text}")).unwrap();
@@ -129,7 +129,7 @@ fn models_are_hardly_smaller_over_their_shadow() {
     assert!((0.92..0.97).contains(&ratio), "{ratio} of the area");
 }
 
-/// Who says something gets it.
+/// Explicit settings take precedence over defaults.
 #[test]
 fn what_is_asked_for_counts() {
     let options = |text: &str| picture(text, None).options;

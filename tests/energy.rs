@@ -363,10 +363,9 @@ fn white_furnace_of_the_environment() {
     assert!(mean <= 1.0 + 1.0 / 15.0 + 2e-3, "{mean}");
 }
 
-/// What a white metal reflects over the hemisphere of lights in the direct path, where a physical one
-/// reflects 1 at most. URP's term loses light on rough surfaces and makes some on smooth ones: towards
-/// roughness 0 it is 1 / (2 (L.H)^2) times the distribution where a mirror has 1 / (4 (N.L) (N.V)), twice as
-/// much.
+/// Directional albedo of a white metal for lights, where a physical one reflects 1 at most. URP's term loses light on
+/// rough surfaces and makes some on smooth ones: towards roughness 0 it is 1 / (2 (L.H)^2) times the distribution where
+/// a mirror has 1 / (4 (N.L) (N.V)), twice as much.
 #[test]
 fn direct_highlights_reflect_at_most_twice_what_falls_in() {
     for version in VERSIONS {

@@ -26,7 +26,7 @@ impl Random {
     }
 }
 
-/// How often each sample of a tile is covered by some screen triangles, each drawn on its own.
+/// Number of triangles that cover each sample of a tile, each drawn on its own.
 fn count_in_tile(
     triangles: &[Triangle],
     origin: TileOrigin,
@@ -76,8 +76,8 @@ fn covers(corners: &[[i32; 2]; 3], sample: [i32; 2]) -> bool {
     })
 }
 
-/// What the geometry stage keeps of triangles between points of a picture of `size` x `size` pixels, in sub-pixels from its
-/// corner.
+/// Output of the geometry stage for triangles between points of a picture of `size` x `size` pixels, in sub-pixels from
+/// its corner.
 fn set_up(points: &[[i32; 2]], triangles: Vec<[u32; 3]>, size: u32, samples: u32, level: SimdLevel) -> Chunk {
     let half = size as i32 * 128;
     let vertices: ScreenVertices =
@@ -205,7 +205,7 @@ fn fans_with_shared_edges_cover_each_sample_once() {
     }
 }
 
-/// How often each sample of a picture is covered by the triangles of a mesh, through the whole geometry stage.
+/// Number of a mesh's triangles that cover each sample of a picture, through the whole geometry stage.
 fn count_in_picture(data: MeshData, camera: &Camera, size: u32, side: u32, samples: u32) -> Vec<u32> {
     let mesh = Mesh::new(data).unwrap();
     let view = View::new(camera, size, size).unwrap().of_draw(&Transform::IDENTITY);

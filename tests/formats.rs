@@ -366,7 +366,7 @@ fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// What is expected of a file: `kind` and, if known, its number of triangles.
+/// Expectation for a file: `kind` and, if known, its number of triangles.
 struct Expected {
     file: String,
     kind: String,

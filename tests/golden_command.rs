@@ -216,7 +216,7 @@ fn accepting_takes_what_is_named_and_nothing_else() {
         assert_eq!(decode(&stored), decode(&actual));
         assert!(stored.metadata().unwrap().len() <= actual.metadata().unwrap().len());
     }
-    // What a failed test had left has become the expected picture.
+    // The picture left by a failed test has become the expected one.
     assert!(folders.path("expected/cars/new.png").exists());
     assert!(!folders.path("actual/cars/new.new.png").exists());
     assert_eq!(folders.run("accept", &[]).code, 2);
@@ -265,7 +265,7 @@ fn command_lines_that_make_no_sense_have_exit_code_2() {
     assert_eq!(folders.run("check", &["--json", "no/such/folder.json"]).code, 1);
 }
 
-/// What is there on one side only is a difference, and said so in words.
+/// A picture that exists on one side only is a difference, and said so in words.
 #[test]
 fn what_is_missing_on_one_side_is_a_difference() {
     let folders = Folders::new();

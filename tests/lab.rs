@@ -108,7 +108,7 @@ fn slices_vary_what_they_say() {
     let rows = slice.measure(&mut bench, |done| steps.push(done)).unwrap();
     assert_eq!((rows.len(), steps), (3, vec![1, 2, 3]));
     for pair in rows.windows(2) {
-        // What absorbs more is darker, blue most; three.js knows nothing of it.
+        // More absorption is darker, in blue most; three.js knows nothing of it.
         assert!(pair[1].truth[2] < 0.8 * pair[0].truth[2] && pair[1].truth[0] < pair[0].truth[0]);
         assert!(pair[1].models[0][2] < 0.8 * pair[0].models[0][2]);
         assert_eq!(pair[1].models[1], pair[0].models[1]);

@@ -63,7 +63,8 @@ fn seen_by(
     [r, g, b]
 }
 
-/// What a model's diffuse term has over Lambert when seen and lit from the front: Disney's normalisation in HDRP Lit.
+/// Ratio of a model's diffuse term to Lambert's, seen and lit from the front: Disney's normalisation in HDRP Lit, else
+/// 1.
 fn from_the_front(model: ShadingModel) -> f32 {
     if model == ShadingModel::HdrpLit { 1.0 / 1.035_71 } else { 1.0 }
 }
@@ -121,7 +122,7 @@ fn a_white_environment_lights_a_lambert_plane_alike() {
     for &model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);
         for k in 0..3 {
-            // What is reflected beside it: some models let F90 be 1 where F0 is 0.
+            // Tolerance for specular light: some models let F90 be 1 where F0 is 0.
             let (low, high) = (0.95 * ALBEDO[k], 1.03 * ALBEDO[k] + 0.03);
             assert!((low..=high).contains(&found[k]), "{}: {found:?}", model.name());
         }

@@ -146,7 +146,7 @@ fn arriving(scene: &Scene, visibility: Visibility) -> impl Fn(f32, f32) -> f32 {
 /// The shadow of a slab over the floor is where geometry has it, as large as geometry has it.
 #[test]
 fn shadows_are_where_geometry_has_them() {
-    // Of a square of a side of 1 at a height of 1: from where it ends on the left and right of the floor.
+    // Shadow of a square of side 1 at a height of 1: its left and right end on the floor.
     for (light, left, right) in [
         (sun([0.0, -1.0, 0.0]), -0.5, 0.5),
         (sun([0.5, -1.0, 0.0]), 0.0, 1.0),
@@ -219,7 +219,7 @@ fn a_lamp_in_a_box_stays_in_the_box() {
     }
 }
 
-/// What light falls through: half of a checkered mask.
+/// Light falls through the holes of alpha masks: here half of a checkered one.
 #[test]
 fn masks_let_light_through_where_they_are_cut_out() {
     use overcoat::scene::{

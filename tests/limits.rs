@@ -161,7 +161,8 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
         assert!(error.is_err() && begun <= whole, "{begun}");
     }
     assert_eq!(draw(limited(enough), 2, None), (Ok(whole), whole));
-    // Of several limits, that is named which one thread passes first; of those that one tile passes, the cheapest.
+    // Of several limits the error names the one that one thread passes first; of those that one tile passes, the
+    // cheapest.
     let several = limited(200).with_fragments(70_000).with_blend_entries(60_000);
     for (threads, tile_size) in [(1, None), (3, Some(16)), (3, Some(64)), (7, None)] {
         for _ in 0..3 {
@@ -171,7 +172,7 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
     }
 }
 
-/// What tiles keep, and so which parts of them are blended one by one, must not show in what is counted.
+/// Memory that tiles keep decides which parts of them are blended one by one, and must not show in the counted work.
 #[test]
 fn work_does_not_depend_on_tiles() {
     let (mut scene, camera) = stack(150, AlphaMode::Blend);
@@ -279,8 +280,8 @@ fn pile(count: u32) -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// What draft draws, every tier draws: with less light where that passes a limit, the same whatever was drawn before, the
-/// threads and the tiles, and as if the less had been asked for.
+/// Every tier draws what draft draws: with less light where that passes a limit, the same whatever was drawn before,
+/// the threads and the tiles, and as if the less had been asked for.
 #[test]
 fn no_tier_refuses_what_draft_draws() {
     let (scene, camera) = pile(600);
@@ -459,7 +460,7 @@ mod by_option {
         }
     }
 
-    /// What makes a claim, and a part of the message.
+    /// Function that makes a claim, and a part of the message that has to follow.
     type Claim = (fn(&mut Value, u64), &'static str);
 
     /// Ten to the power of eighteen of everything that a few bytes can ask for.

@@ -453,7 +453,7 @@ fn every_built_in_material_is_good() {
     assert!(models.len() >= 6, "{models:?}");
 }
 
-/// What StackLit has of its own reaches the picture through a file: each line changes the middle of a quad under the
+/// Parameters that only StackLit has reach the picture through a file: each line changes the middle of a quad under the
 /// studio and a lamp, and changes nothing without the switch that makes StackLit read it.
 #[test]
 fn stacklit_reads_its_own_inputs() {

@@ -1,5 +1,5 @@
-//! Where pictures go that is no plain file: links, pipes, devices, standard output by its name; and what is left of those that
-//! are not finished.
+//! Outputs that are no plain files: links, pipes, devices, standard output by its name; and the remains of unfinished
+//! ones.
 #![cfg(target_os = "linux")]
 
 #[path = "streams/mod.rs"]
@@ -38,7 +38,7 @@ fn standard_output_by_its_name() {
     let folder = folder();
     let piped = render(folder.path(), "/dev/stdout", Stdio::piped());
     assert!(is_png(&piped.stdout), "{}", String::from_utf8_lossy(&piped.stderr));
-    // Where it is a file, whoever started the program has it open, and may have written to it.
+    // If standard output is a file, whoever started the program has it open, and may have written to it.
     let path = folder.path().join("p.png");
     let mut file = File::create(&path).unwrap();
     std::io::Write::write_all(&mut file, b"before").unwrap();
@@ -80,7 +80,7 @@ fn links_pipes_and_devices() {
     assert_eq!(names, ["elsewhere", "link.png", "x.obj"]);
 }
 
-/// What a shell makes of a script in which the program is `$0`.
+/// Output of a shell script in which the program is `$0`.
 fn shell(folder: &Path, script: &str) -> Output {
     Command::new("sh")
         .args(["-c", script, env!("CARGO_BIN_EXE_overcoat")])
@@ -125,7 +125,7 @@ fn standard_output_that_nobody_reads_is_an_error() {
     let lost = shell(folder.path(), "\"$0\" render x.obj --size 16 -o - >&-");
     assert_eq!(lost.status.code(), Some(1));
     assert!(text(&lost.stderr).contains("standard output is closed"), "{}", text(&lost.stderr));
-    // Who wants that says so.
+    // Users discard a picture explicitly.
     assert!(shell(folder.path(), "\"$0\" render x.obj --size 16 -o - > /dev/null").status.success());
     // A reader that has stopped knows. (More than a pipe holds.)
     let stopped = shell(
@@ -284,7 +284,7 @@ fn a_file_that_is_mounted_by_itself_is_written_over() {
     assert_eq!(names(folder.path()), ["mounted", "p.png", "x.obj"]);
 }
 
-/// Where memory cannot be had: a line and a documented code, whatever the system gives.
+/// Lack of memory ends with one line and a documented exit code, whatever the system gives.
 #[test]
 fn memory_that_cannot_be_had_ends_with_a_line_and_a_code() {
     let folder = folder();
@@ -299,7 +299,8 @@ fn memory_that_cannot_be_had_ends_with_a_line_and_a_code() {
             Some(0) => {}
             // 127: the system itself could not start the program.
             Some(3 | 1) => {
-                // What is asked for before it is used ends with our line; what is not, with those of the standard library.
+                // Memory that is reserved beforehand fails with our line; other allocations with those of the standard
+                // library.
                 let lines: Vec<&str> =
                     message.lines().filter(|line| !line.starts_with("warning: ")).collect();
                 let of_library = ["memory allocation of ", "note: ", "skipping backtrace"];

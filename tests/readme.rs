@@ -55,7 +55,7 @@ fn help(command: &str) -> String {
 #[test]
 fn options_of_the_manual_exist_and_all_of_render_are_there() {
     let known: BTreeSet<String> = COMMANDS.iter().flat_map(|c| options(&help(c))).collect();
-    // Of cargo, of containers and overcoat-service in one, of the installer of the C library, of F3D.
+    // Options of cargo, of containers and overcoat-service in one, of the installer of the C library, of F3D.
     let others = "--release --bench --example --help --locked --open --path --rm --network --listen --prefix \
                   --resolution --camera-direction --background-color";
     let others = options(others);
@@ -185,7 +185,7 @@ fn examples_of_the_manual_and_of_help_are_accepted() {
             continue;
         }
         let lab = arguments[0] == "lab";
-        // What it measures does not depend on how exactly; and its outputs have no folder here.
+        // The number of samples does not matter here; and outputs of the lab have no folder.
         let few = if lab { &["--samples", "256"][..] } else { &[] };
         let arguments: Vec<&str> = match arguments.iter().position(|argument| *argument == "--samples") {
             Some(k) if lab => [&arguments[..k], few, &arguments[k + 2..]].concat(),
@@ -202,7 +202,7 @@ fn examples_of_the_manual_and_of_help_are_accepted() {
         let output = overcoat(folder.path(), &arguments);
         let message = String::from_utf8(output.stderr).unwrap();
         if arguments.starts_with(&["translate", "candy-red"]) {
-            // What the other engine does not know is a warning.
+            // Features that the other engine does not know are a warning.
             assert!(output.status.success() && message.starts_with("warning: "), "{line}: {message}");
             continue;
         }

@@ -186,7 +186,7 @@ fn the_environment_reproduces_the_tables() {
 /// Material, model and what is to come out per light colour; `None` for rows that cannot be expressed.
 type Told = Option<(Material, ShadingModel, [f32; 3])>;
 
-/// How a table's row is told to the renderer.
+/// Translation of a table's rows to scenes.
 struct Case {
     table: &'static str,
     told: fn(&Row) -> Told,

@@ -1,4 +1,4 @@
-//! What a renderer says beside its pictures: which settings count, and why nothing can be seen.
+//! Reports of a renderer beside its pictures: which settings count, and why nothing can be seen.
 
 use overcoat::render::Unseen;
 use overcoat::scene::{

@@ -1,4 +1,4 @@
-//! What pictures show and what they take: the renderer through the public interface.
+//! Pictures and their cost: the renderer through the public interface.
 //!
 //! One binary of many files, each a promise: linking takes longer than most of them run.
 

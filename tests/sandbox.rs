@@ -229,7 +229,7 @@ fn a_scene_file_opens_nothing_but_what_it_names() {
     let done = overcoat(place.path(), &["--sandbox", "render", "--scene", "scenes/s.json", "-o", "p.png"]);
     assert!(done.status.success(), "{}", stderr(&done));
     assert!(stderr(&done).contains("leads out of the model's folder"), "{}", stderr(&done));
-    // What does not exist is still said to be missing, not forbidden.
+    // Files that do not exist are still said to be missing, not forbidden.
     let missing = overcoat(place.path(), &["--sandbox", "render", "models/no.obj", "-o", "p.png"]);
     assert_eq!(missing.status.code(), Some(1));
     assert!(stderr(&missing).contains("No such file"), "{}", stderr(&missing));

@@ -1,4 +1,4 @@
-//! What a description names, from files in memory: the same as from the file system, and nothing else is reached.
+//! Files that a description names, given in memory: the same as from the file system, and nothing else is reached.
 
 use overcoat::Limits;
 use overcoat::description::{Description, Setting};

@@ -38,7 +38,7 @@ fn light(model: ShadingModel, antialiasing: bool) -> Vec<f64> {
         .collect()
 }
 
-/// How far light strays from its mean, as a part of it.
+/// Standard deviation of light, relative to its mean.
 fn flicker(light: &[f64]) -> f64 {
     let mean = light.iter().sum::<f64>() / light.len() as f64;
     let variance = light.iter().map(|l| (l - mean) * (l - mean)).sum::<f64>() / light.len() as f64;
@@ -94,7 +94,7 @@ fn facets(coated: bool) -> Scene {
     stage.scene
 }
 
-/// Where a normal map shrinks, what it shows is what its texels show together: the light of a picture that has a pixel for each.
+/// A minified normal map shows what its texels show together: the light of a picture that has a pixel for each.
 #[test]
 fn what_normal_maps_lose_as_they_shrink_becomes_roughness() {
     for coated in [false, true] {

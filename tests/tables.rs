@@ -56,7 +56,7 @@ fn compare<const N: usize>(
     }
 }
 
-/// How many rows of a table are integrated again: all of them, or a few in a debug build.
+/// Step between the rows of a table that are integrated again: all of them, or a few in a debug build.
 const STRIDE: usize = if cfg!(debug_assertions) { 9 } else { 1 };
 
 #[test]

@@ -41,7 +41,7 @@ fn shots() -> Vec<(String, Shot)> {
     SCENES.iter().map(of).collect()
 }
 
-/// What a format says a pixel is, by itself.
+/// Bytes of a pixel by the definition of its format, from linear light and from 8-bit sRGB.
 fn expected(format: PixelFormat, linear: [f32; 4], [r, g, b, a]: [u8; 4]) -> Vec<u8> {
     let times = |v: u8| ((u32::from(v) * u32::from(a) * 2 + 255) / 510) as u8;
     match format {
@@ -152,7 +152,7 @@ fn a_target_holds_the_bytes_of_the_picture_in_its_own_order() {
     }
 }
 
-/// Where the planes of the G-buffer have something, something is picked, and nearly always the same.
+/// Pixels at which the planes of the G-buffer show something can be picked, and nearly always agree.
 #[test]
 fn what_is_picked_is_what_the_picture_shows_there() {
     for (name, shot) in shots() {
@@ -309,7 +309,7 @@ fn a_picture_that_was_stopped_leaves_nothing_behind() {
         let mut renderer = Renderer::new(1);
         for part in 1..12_u64 {
             let mut limits = Limits::default();
-            // Of each kind of work as much as a twelfth of the picture, and so on.
+            // A limit of one kind of work in turn, at growing parts of what the whole picture takes.
             match part % 4 {
                 0 => limits.fragments = (whole.stats.fragments * part / 12).max(1),
                 1 => limits.blocks = (renderer.work_done().blocks * part / 12).max(1),

@@ -5,10 +5,10 @@ use overcoat::frame::DisplayImage;
 use overcoat::output::{TerminalFormat, encode_terminal};
 use std::collections::BTreeSet;
 
-/// What a terminal shows: a colour where something is drawn.
+/// Pixels that a terminal shows: a colour where something is drawn.
 type Shown = Vec<Option<[u8; 3]>>;
 
-/// What stands between two bytes sequences at the beginning and at the end.
+/// The text between a start and an end that it must have.
 fn within<'a>(text: &'a str, start: &str, end: &str) -> &'a str {
     let inner = text.strip_prefix(start).and_then(|text| text.strip_suffix(end));
     inner.unwrap_or_else(|| panic!("no {start:?} and {end:?}"))
@@ -137,7 +137,7 @@ fn text(image: &DisplayImage, format: TerminalFormat) -> String {
     String::from_utf8(bytes).unwrap()
 }
 
-/// What is shown of a picture of which pixels are there or not.
+/// Pixels that a terminal should show of a picture whose pixels are either there or not.
 fn expected(image: &DisplayImage) -> Shown {
     image.pixels.iter().map(|&[r, g, b, a]| (a >= 128).then_some([r, g, b])).collect()
 }
@@ -328,8 +328,8 @@ mod program {
         }
     }
 
-    /// What a terminal of 60 columns and 20 rows gets from a script in which the program is `$0`; `None` where there is no program
-    /// that makes terminals.
+    /// Output of a script on a terminal of 60 columns and 20 rows, with `$0` for the program; `None` where there is no
+    /// program that makes terminals.
     fn in_terminal(folder: &Path, script: &str) -> Option<String> {
         let inner =
             format!("stty cols 60 rows 20 -onlcr; {}", script.replace("$0", env!("CARGO_BIN_EXE_overcoat")));

@@ -69,7 +69,7 @@ fn pictures_come_nearer_and_tints_are_kept() {
         // The widening by the coat is in the roughness.
         let Workflow::MetallicRoughness { roughness, .. } = material.workflow else { panic!() };
         assert!((0.25..0.6).contains(&roughness), "{to:?}: {roughness}");
-        // What the engine does not know is not in its material.
+        // Features that the engine does not know are not in its material.
         assert_eq!(to.leaves_out(material).count(), 0);
     }
 }

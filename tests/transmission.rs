@@ -146,7 +146,7 @@ fn a_volume_absorbs_by_beer_and_lambert_and_scales_with_its_mesh() {
     assert_close(&seen.pixels(), &expected, 1e-5, "three distances");
 }
 
-/// Where along the middle row the wall's edge at x = 0 is seen.
+/// Position along the middle row at which the wall's edge at x = 0 is seen.
 fn edge(pixels: &[[f32; 4]]) -> f32 {
     let row = &pixels[SIDE * SIDE / 2..][..SIDE];
     let dark = row.iter().filter(|p| p[0] < 0.25).count();

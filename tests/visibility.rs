@@ -124,7 +124,7 @@ fn a_floor_between_black_walls_gets_the_light_of_its_sky() {
     let camera = looking([0.0, 6.0, 0.0], [0.0; 3]);
     for visibility in tiers() {
         let pixels = draw(&scene, &camera, visibility);
-        // Of a square of pixels as large as that after which rays repeat.
+        // Mean of a square of pixels as large as the period after which rays repeat.
         let square = (0..64).map(|k| pixels[((SIZE / 2 + k / 8) * SIZE + SIZE / 2 - 4 + k % 8) as usize][0]);
         let middle = square.sum::<f32>() / 64.0;
         // A white floor sends back what its walls do not: nothing by rays; by the maps' estimate, a white floor's own.
@@ -244,7 +244,7 @@ fn light_between_facing_plates_is_the_series_of_its_bounces() {
             [(Quality::Good.visibility(), 0.06), (Quality::Best.visibility(), 0.04)]
         {
             let pixels = draw(&scene, &camera, visibility);
-            // Of a square of pixels as large as that after which rays repeat.
+            // Mean of a square of pixels as large as the period after which rays repeat.
             let square =
                 (0..64).map(|k| pixels[((SIZE / 2 - 4 + k / 8) * SIZE + SIZE / 2 - 4 + k % 8) as usize][0]);
             let middle = square.sum::<f32>() / 64.0;
@@ -508,7 +508,7 @@ fn what_rays_hit_is_found_anew_where_draws_have_other_numbers() {
     assert_eq!(hash(&scene(false)), plain);
 }
 
-/// What is kept from one picture to the next does not show: neither the view nor the scene before.
+/// State kept from one picture to the next does not show: neither the view nor the scene before.
 #[test]
 fn a_view_is_the_same_alone_and_after_others() {
     let scene = crowd();
@@ -569,7 +569,7 @@ fn numbers_out_of_range_are_refused() {
     }
 }
 
-/// What rays may cost is limited like everything else: then there are none, whatever the tiles.
+/// The cost of rays is limited like everything else: beyond the limit there are none, whatever the tiles.
 #[test]
 fn rays_count_as_work() {
     let (scene, camera) = (crowd(), looking([1.0, 1.5, 3.0], [0.0; 3]));

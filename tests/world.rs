@@ -94,7 +94,7 @@ fn a_pose_is_the_scene_of_that_time() {
                 assert!(world.transform(*instance).is_ok(), "names stay");
             }
         }
-        // What the application hides stays hidden, what it removes stays away.
+        // Instances that the application hides stay hidden, those it removes stay away.
         world.set_visible(instances[0], false).unwrap();
         let shown = world.scene().instances().len();
         world.set_pose(handle, 0.3, &jobs).unwrap();
@@ -427,7 +427,7 @@ fn pictures_become_better_until_nothing_is_better_and_begin_again_after_a_change
     let mut target = Target::new(&mut small, 160, PixelFormat::Rgba8);
     let drawn = viewport.refine(&loaded.scene, &orbit.camera(), &mut target).unwrap().unwrap();
     assert_eq!(drawn.level, Level { quality: Quality::Draft, samples: 8 });
-    // What was stopped is drawn again.
+    // A cancelled picture is drawn again.
     let cancellation = Cancellation::new();
     viewport.renderer().cancel_by(Some(cancellation.clone()));
     cancellation.cancel();

@@ -1,10 +1,10 @@
-//! How well a picture is drawn, when there is only so much time for it.
+//! Choice of quality for pictures that have to be drawn within a budget.
 
 use overcoat_render::{Quality, RenderOptions, RenderStats, WorkDone};
 use overcoat_scene::Scene;
 use std::time::Duration;
 
-/// What a picture may take.
+/// Budget of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FrameBudget {
@@ -17,7 +17,7 @@ pub enum FrameBudget {
     Time(Duration),
 }
 
-/// How well a picture is drawn.
+/// Quality of a picture: tier and samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level {
     /// The tier.
@@ -69,7 +69,7 @@ const FRAGMENT: u64 = 12;
 /// than they might.
 const SHADING: u64 = 2;
 const SHADING_WITH_RAYS: u64 = 10;
-/// Of a pixel of a model that nothing is known of, with all that is in it: half of the picture covered.
+/// Cost of a pixel of a model that nothing is known of, all included, with half of the picture covered.
 const UNKNOWN_PIXEL: u64 = 90;
 
 /// Part of the budget that the next better level has to stay within: what it takes is only guessed.
@@ -79,7 +79,7 @@ const ROOM: f64 = 0.8;
 #[derive(Debug, Default)]
 pub(super) struct Controller {
     budget: Option<FrameBudget>,
-    /// What the last picture took, in the unit of the budget, and its level.
+    /// Cost of the last picture, in the unit of the budget, and its level.
     last: Option<(f64, Level)>,
 }
 
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(learnt(900 * MEGA, good, 30 * MEGA), least);
         assert_eq!(learnt(10 * MEGA, draft, 30 * MEGA), fast);
         assert_eq!(learnt(10 * MEGA, draft, 250 * MEGA), good);
-        // What fits stays, though little is left.
+        // A level that fits is kept, though little is left.
         assert_eq!(learnt(29 * MEGA, fast, 30 * MEGA), fast);
     }
 

@@ -59,11 +59,11 @@ pub struct Viewport {
     display: DisplayOptions,
     quality: Quality,
     controller: Controller,
-    /// What the last picture was of, and how it was drawn.
+    /// Subject of the last picture, and the level that it was drawn at.
     last: Option<(Subject, Level)>,
 }
 
-/// What a picture is of: another one of the same would be the same.
+/// Subject of a picture: pictures of equal subjects at one level are equal.
 #[derive(Clone, Debug, PartialEq)]
 struct Subject {
     scene: [Revision; 2],
@@ -79,9 +79,9 @@ struct Subject {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Drawn {
-    /// How it was drawn.
+    /// Level at which it was drawn.
     pub level: Level,
-    /// Whether [`Viewport::refine`] would draw no better one.
+    /// True if [`Viewport::refine`] would draw no better one.
     pub is_final: bool,
     /// Exposure in stops that it has, see [`RenderedInto::exposure`](crate::render::RenderedInto::exposure).
     pub exposure: f32,
@@ -150,7 +150,7 @@ impl Viewport {
         self.quality = quality;
     }
 
-    /// How much a picture of [`Viewport::draw`] may take; `None`, the default: whatever the tier takes.
+    /// Limits what a picture of [`Viewport::draw`] may take; `None`, the default: whatever the tier takes.
     pub fn set_budget(&mut self, budget: Option<FrameBudget>) {
         self.controller.set_budget(budget);
     }
@@ -205,8 +205,8 @@ impl Viewport {
         next.map(|level| self.draw_at(*level, scene, camera, target)).transpose()
     }
 
-    /// What is seen in a pixel of the last picture, see [`Renderer::pick`]. The scene and the camera may have changed:
-    /// the answer is about them as they are.
+    /// Surface that is seen in a pixel of the last picture, see [`Renderer::pick`]. The scene and the camera may have
+    /// changed: the answer is about them as they are.
     ///
     /// # Errors
     /// As [`Renderer::pick`].

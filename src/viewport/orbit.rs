@@ -20,7 +20,7 @@ pub struct Orbit {
     projection: Projection,
     /// Part of the distance before which nothing is drawn.
     near: f64,
-    /// What it was made of, until it moves: in every bit.
+    /// Camera that it was made of, bit for bit, until it moves.
     exact: Option<Camera>,
 }
 
@@ -140,7 +140,7 @@ impl Orbit {
         }
     }
 
-    /// The same with the camera at another height over the point, in distances, as far as that is allowed.
+    /// Orbit with the camera at another height over the point, in distances, as far as that is allowed.
     fn with_height(self, height: f64) -> Self {
         let y = height.clamp(-STEEPEST, STEEPEST);
         let [x, _, z] = self.back;

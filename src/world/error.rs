@@ -1,9 +1,9 @@
-//! What a world refuses.
+//! Errors of a world.
 
 use overcoat_load::LoadError;
 use overcoat_scene::SceneError;
 
-/// Why a world is not changed.
+/// Reason why a world is not changed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorldError {
@@ -35,7 +35,7 @@ pub enum WorldError {
         /// Kind of element.
         what: &'static str,
     },
-    /// What is to be in the scene cannot be.
+    /// The scene refuses what is added to it.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A pose cannot be made of a file.

@@ -10,7 +10,7 @@ const _: () = assert!(SLOT_BITS + GENERATION_BITS + WORLD_BITS == 64);
 
 /// Elements of one kind at most.
 pub(super) const MOST_SLOTS: usize = 1 << SLOT_BITS;
-/// How often a place in a list is used at most.
+/// Generation of the last use of a place in a list, which stays empty after it.
 pub(super) const LAST_GENERATION: u32 = (1 << GENERATION_BITS) - 1;
 /// Worlds have numbers from 1 to this, and then from 1 again.
 pub(super) const LAST_WORLD: u32 = (1 << WORLD_BITS) - 1;
@@ -43,7 +43,7 @@ impl Parts {
 
 /// Something that has a name.
 pub(super) trait Handle: Copy {
-    /// What it is, for messages.
+    /// Name of the kind of object, for messages.
     const WHAT: &'static str;
     fn new(parts: Parts) -> Self;
     fn parts(self) -> Parts;

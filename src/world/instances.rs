@@ -3,7 +3,7 @@
 use super::{InstanceHandle, MaterialHandle, MeshHandle, ModelHandle, World, WorldError};
 use overcoat_scene::{Instance, MaterialId, MeshId, SplatInstance, Transform};
 
-/// What is known of an instance.
+/// State of an instance.
 #[derive(Clone, Debug)]
 pub(super) struct InstanceState {
     pub mesh: MeshId,
@@ -13,15 +13,15 @@ pub(super) struct InstanceState {
     pub object: u32,
     /// Place of its model.
     pub model: Option<u32>,
-    /// Whether the file shows it in this pose.
+    /// True if the file shows it in this pose.
     pub is_in_pose: bool,
-    /// Whether the application shows it.
+    /// True if the application shows it.
     pub is_wanted: bool,
     /// Its number in the scene's list, while it is shown.
     pub shown: Option<usize>,
 }
 
-/// Where a cloud of splats is: always of a model.
+/// State of a cloud of splats, which always belongs to a model.
 #[derive(Clone, Debug)]
 pub(super) struct SplatState {
     pub model: u32,
@@ -83,7 +83,7 @@ impl World {
         self.change(slot, |state| state.local = transform)
     }
 
-    /// Where an instance is: in the world, or, of a model's instance, in its model.
+    /// Transform of an instance: to the world, or for an instance of a model, to its model.
     ///
     /// # Errors
     /// [`WorldError::Gone`] and [`WorldError::Foreign`].
@@ -145,8 +145,8 @@ impl World {
         self.change(slot, |state| state.is_wanted = visible)
     }
 
-    /// Whether the application shows an instance: what it was told last by [`World::set_visible`]. One that is not in its model's
-    /// pose, or whose model is hidden, is not drawn all the same.
+    /// True if the application shows an instance: the last value of [`World::set_visible`]. One that is not in its
+    /// model's pose, or whose model is hidden, is not drawn all the same.
     ///
     /// # Errors
     /// [`WorldError::Gone`] and [`WorldError::Foreign`].

@@ -61,7 +61,7 @@ pub struct World {
     instances: Slots<InstanceState>,
     /// Places of all instances, hidden ones too, in the order of drawing.
     order: Vec<u32>,
-    /// Where splats are, in the order of the scene's list and hidden ones after them.
+    /// Clouds of splats, in the order of the scene's list, with hidden ones after them.
     splats: Vec<SplatState>,
     /// The number of each light in the scene's list.
     lights: Slots<usize>,
@@ -104,7 +104,7 @@ impl World {
         }
     }
 
-    /// What is to be drawn now.
+    /// Scene to be drawn now.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -132,7 +132,7 @@ impl World {
         self.textures.add(self.number, ())
     }
 
-    /// What a [`TextureRef`] calls it.
+    /// Id by which a [`TextureRef`] refers to a texture.
     ///
     /// # Errors
     /// [`WorldError::Gone`] and [`WorldError::Foreign`].

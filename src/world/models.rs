@@ -11,10 +11,10 @@ use overcoat_scene::{
 };
 use std::collections::BTreeMap;
 
-/// What is known of a model.
+/// State of a model.
 #[derive(Debug)]
 pub(super) struct ModelState {
-    /// What makes its poses, if it has others.
+    /// File that other poses are made from, if it has others.
     source: Option<AnimatedModel>,
     /// The scene of the file in its pose: what differs in the next pose is what the file moves.
     pose: Scene,
@@ -27,7 +27,7 @@ pub(super) struct ModelState {
     instances: BTreeMap<(u32, u32), InstanceHandle>,
     lights: Vec<LightHandle>,
     clouds: Vec<u32>,
-    /// What is added to the numbers of objects of the file.
+    /// Number that is added to the numbers of objects of the file.
     first_object: u32,
 }
 
@@ -144,7 +144,7 @@ impl World {
         moved
     }
 
-    /// Where a model is.
+    /// Transform of a model.
     ///
     /// # Errors
     /// [`WorldError::Gone`] and [`WorldError::Foreign`].
@@ -161,7 +161,7 @@ impl World {
         self.refresh(model)
     }
 
-    /// Whether a model is shown, see [`World::set_model_visible`].
+    /// True if a model is shown, see [`World::set_model_visible`].
     ///
     /// # Errors
     /// [`WorldError::Gone`] and [`WorldError::Foreign`].
@@ -177,7 +177,7 @@ impl World {
     pub fn remove_model(&mut self, model: ModelHandle) -> Result<(), WorldError> {
         let slot = self.models.place(self.number, model)?;
         let state = self.models.remove(self.number, model)?;
-        // What has been removed by its own name is gone already.
+        // Instances that were removed by their own handle are gone already.
         for instance in state.instances.into_values() {
             let _ = self.remove_instance(instance);
         }

@@ -1,8 +1,8 @@
-//! What an attack is.
+//! Definition of an attack.
 
 use std::path::Path;
 
-/// What must happen.
+/// Required outcome.
 #[derive(Clone, Copy, Debug)]
 pub enum Must {
     /// Exit code 1, and a message with this in it.
@@ -17,7 +17,7 @@ pub enum Must {
     Draw,
 }
 
-/// What the program is asked for.
+/// Request to the program.
 #[derive(Clone, Copy, Debug)]
 pub enum Ask {
     /// To draw this model.
@@ -34,11 +34,11 @@ pub enum Ask {
 pub struct Attack {
     /// Short and unique.
     pub name: &'static str,
-    /// What it tries to achieve.
+    /// Aim of the attack.
     pub tries: &'static str,
     /// Files in the folder.
     pub files: Vec<(&'static str, Vec<u8>)>,
-    /// What else is in the folder or beside it (`../`): links, pipes.
+    /// Preparation of all else in the folder or beside it (`../`): links, pipes.
     pub prepare: Option<fn(&Path)>,
     pub ask: Ask,
     pub must: Must,

@@ -49,7 +49,7 @@ fn limits() -> Limits {
         .with_frames(16)
 }
 
-/// What came of it: warnings and a picture, or why there is none.
+/// Outcome of an attack: the warnings beside a picture, or the reason why there is none.
 fn carry_out(attack: &Attack, folder: &Path) -> Result<Vec<String>, Failure> {
     let good = folder.join("good.obj");
     let model = |name: &str| if Path::new(name).is_absolute() { name.into() } else { folder.join(name) };
@@ -87,7 +87,7 @@ fn carry_out(attack: &Attack, folder: &Path) -> Result<Vec<String>, Failure> {
     Ok(warnings)
 }
 
-/// What is wrong with the outcome, if anything is.
+/// Fault of the outcome, if it has any.
 fn judge(must: Must, outcome: &Result<Vec<String>, Failure>) -> Option<String> {
     // Messages are for a line of a terminal.
     let texts: Vec<String> = match outcome {

@@ -100,7 +100,7 @@ fn exr(attributes: &[(&str, &str, Vec<u8>)], rest: &[u8]) -> Vec<u8> {
     out
 }
 
-/// What every header has, for a window of these corners.
+/// Attributes that every header has, for a data window of these corners.
 fn exr_header(window: [i32; 4]) -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let window: Vec<u8> = window.iter().flat_map(|v| v.to_le_bytes()).collect();
     let mut channels = Vec::new();

@@ -43,7 +43,7 @@ fn pictures_are_the_same_with_and_without_kept_environments() {
     assert!(damaged == plain);
     assert!(fs::read(&file).unwrap() == bytes, "what was damaged is replaced");
 
-    // Where it cannot be.
+    // A cache folder that cannot be made.
     fs::write(work.path().join("file"), "x").unwrap();
     let (without, said) = draw(&["--cache", "file"]);
     assert!(without == plain && said.contains("environments are not kept in file"), "{said}");

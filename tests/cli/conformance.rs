@@ -130,7 +130,7 @@ fn a_pack_is_whole_and_has_the_same_bytes_again() {
     assert!(text("LICENSE").contains("SPDX-License-Identifier: CC0-1.0"));
     assert!(text("VERSION").starts_with("overcoat conformance pack 1.0\n"));
     assert!(text("README.md").starts_with("# Conformance pack 1.0 "));
-    // What the program leaves out of the description of a scene, others cannot draw.
+    // Parameters that are missing in the description of a scene could not be drawn by others.
     let scene: serde_json::Value = serde_json::from_str(&text("scenes/coat-half-lamp.json")).unwrap();
     assert_eq!(scene["surfaces"][0]["share"], 0.5);
     assert_eq!(scene["surfaces"][0]["layers"][0]["index"], 1.5);
@@ -142,7 +142,7 @@ fn a_pack_is_whole_and_has_the_same_bytes_again() {
     assert!(other["truth/furnace.exr"] == a["truth/furnace.exr"], "which has no variance");
 }
 
-/// Where there are formulas, the truth is theirs; where not, that of the referee as the library has it.
+/// The truth of a pack is that of closed forms where there are any, else that of the library's referee.
 #[test]
 fn the_truth_is_true() {
     const SIDE: usize = 48;
@@ -203,7 +203,7 @@ fn the_truth_is_true() {
         assert_eq!(aov["coverage.Y"][k], 1.0);
         scored += 1;
     }
-    // Of the ball, pi 22^2 pixels, two are left out at the edge.
+    // Two pixels at the edge of the ball, of pi 22^2 pixels, are left out.
     assert!((1100..1400).contains(&scored) && referees > 20, "{scored} {referees}");
     let covered: f32 = aov["coverage.Y"].iter().sum();
     assert!((covered / (std::f32::consts::PI * 22.097 * 22.097) - 1.0).abs() < 0.002, "{covered}");
@@ -402,7 +402,7 @@ fn what_is_there_is_left_alone() {
     assert_eq!(names(&work.path().join("full")), ["x"]);
 }
 
-/// What cannot be written to the end leaves nothing, and a folder that was there as it was.
+/// A pack that cannot be written completely leaves nothing behind, and an existing folder as it was.
 #[cfg(unix)]
 #[test]
 fn a_pack_that_cannot_be_written_leaves_nothing() {

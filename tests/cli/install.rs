@@ -1,4 +1,4 @@
-//! What packages bring along: completions, manual pages, and the files by which desktops know the program.
+//! Files of packages: completions, manual pages, and those by which desktops know the program.
 
 use super::{folder, names, overcoat, stderr};
 use clap::CommandFactory;
@@ -57,7 +57,7 @@ fn every_command_has_a_manual_page() {
     fs::create_dir(folder.path().join("man1")).unwrap();
     for args in [&["man", "--dir", "man1"][..], &["--sandbox", "man", "--dir", "man1"]] {
         let output = overcoat(folder.path(), args);
-        // Where there is no sandbox, that is the only thing that is said.
+        // On systems without a sandbox that is the only message.
         assert!(output.status.success() || stderr(&output).contains("no sandbox"), "{}", stderr(&output));
     }
     let pages = names(&folder.path().join("man1"));
@@ -140,7 +140,7 @@ fn desktops_ask_for_what_is_read_and_in_a_way_that_works() {
     assert_eq!(super::read_png(&fs::read(PathBuf::from(place).join("out.XYZ")).unwrap()).0, 128);
 }
 
-/// Those of shared-mime-info 2.2, and what the program brings along.
+/// Every model format has a MIME type: one of shared-mime-info 2.2, or one that the program installs.
 #[test]
 fn every_model_has_a_mime_type() {
     let known = ["model/gltf+json", "model/gltf-binary", "model/obj", "model/stl", "model/3mf"];
@@ -155,7 +155,7 @@ fn every_model_has_a_mime_type() {
     assert!(!xml.contains("icon"), "icons are the theme's");
 }
 
-/// What another program does is handed to it as it is, and its exit code comes back.
+/// Commands of another program are handed to it with their arguments, and its exit code comes back.
 #[cfg(unix)]
 #[test]
 fn batch_and_serve_are_handed_over() {

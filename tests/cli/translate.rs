@@ -68,7 +68,7 @@ fn asset(name: &str) -> std::path::PathBuf {
     std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("assets/models").join(name)
 }
 
-/// What a report says of each material stands in the file, and is all that has changed of it.
+/// Asserts that the file has the values that a report states for each material, and no other change.
 fn must_be_a_copy(original: &Value, copy: &Value, report: &Value) {
     let mut back = copy.clone();
     for material in report["materials"].as_array().unwrap() {
@@ -107,7 +107,7 @@ fn a_material_goes_into_a_copy_of_a_model() {
     let scene = overcoat::load::model(work.path().join("new.glb")).unwrap().scene;
     let paint = scene.materials().iter().find(|material| material.name == "paint").unwrap();
     let printed: toml::Table = report["material"].as_str().unwrap().parse().unwrap();
-    // What is not printed is 0 by default.
+    // Numbers that are not printed are 0 by default.
     let number = |name: &str| printed.get(name).map_or(0.0, |value| value.as_float().unwrap() as f32);
     let color: Vec<f32> =
         printed["base_color"].as_array().unwrap().iter().map(|c| c.as_float().unwrap() as f32).collect();

@@ -1,11 +1,11 @@
-//! Where a model is seen from, which way it stands, and how bright it is.
+//! Views: camera, orientation of the model, and exposure.
 
 use super::{folder, glb, overcoat, quad, quad_buffer, read_png, stderr};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-/// What a command prints with `--json`.
+/// Report of a command with `--json`.
 fn report(folder: &Path, args: &[&str]) -> Value {
     let output = overcoat(folder, &[args, &["--json"]].concat());
     assert!(output.status.success(), "{args:?}: {}", stderr(&output));
@@ -26,7 +26,7 @@ fn list(numbers: &Value) -> String {
 fn boxes(boxes: &[[[i32; 3]; 2]], place: impl Fn([i32; 3]) -> [i32; 3]) -> String {
     let line = |word: &str, [x, y, z]: [i32; 3]| format!("{word} {x} {y} {z}\n");
     let mut text = String::new();
-    // Of each side its corners, in one order seen from outside, and its normal.
+    // Corners of each side, in one order seen from outside, and its normal.
     let sides = [
         ([0, 4, 6, 2], [-1, 0, 0]),
         ([1, 3, 7, 5], [1, 0, 0]),
@@ -110,7 +110,7 @@ fn a_model_is_turned_upright_whichever_axis_is_up() {
     let folder = folder.path();
     fs::write(folder.join("y.obj"), boxes(&COW, |p| p)).unwrap();
     let expected = render(folder, &["y.obj"]);
-    // Where the file has what is right, up and front in the scene.
+    // Map from right, up and front in the scene to the coordinates of the file.
     type Place = fn([i32; 3]) -> [i32; 3];
     let files: [(&str, Place); 5] = [
         ("-y", |[x, y, z]| [-x, -y, z]),
@@ -182,7 +182,7 @@ fn heads_are_seen_where_the_format_does_not_say_where_the_front_is() {
     let ([x, y, z], turned) = (direction(&front), direction(&back));
     assert!(x > 0.0 && y > 0.0 && z > 0.0);
     assert!([x + turned[0], y - turned[1], z + turned[2]].iter().all(|d| d.abs() < 1e-4), "{turned:?}");
-    // Who says where to look from is believed.
+    // An explicit view is taken as it is.
     assert!(direction(&render(folder, &["back.obj", "--view", "front"]))[2] > 0.0);
 }
 

@@ -15,7 +15,7 @@ use overcoat::render::{Ground, Quality, RenderOptions};
 use overcoat::scene::{Camera, Scene};
 use std::path::{Path, PathBuf};
 
-/// Where the goldens are.
+/// Folder of the goldens.
 pub fn folder() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let repository = package.ancestors().find(|folder| folder.join("Cargo.lock").is_file());
@@ -27,7 +27,7 @@ pub fn goldens() -> Result<Vec<DescribedGolden>, String> {
     GoldenFolder::open(&folder()).map(|f| f.goldens().to_vec()).map_err(|e| e.to_string())
 }
 
-/// What a golden shows and how.
+/// Contents and settings of a golden.
 pub struct Shot {
     pub scene: Scene,
     pub camera: Camera,
@@ -56,7 +56,7 @@ impl Shot {
         let Some(name) = model.strip_prefix("builtin:") else {
             file.resolve_paths(&folder());
             let picture = file.picture(machine, &limits, jobs).map_err(|e| e.to_string())?;
-            // What a bundled model asks for must be understood: a warning is a mistake here.
+            // Bundled models ask only for supported features: a warning is a mistake here.
             if let Some(warning) = picture.warnings.first() {
                 return Err(format!("{model}: {warning}"));
             }

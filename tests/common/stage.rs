@@ -1,4 +1,4 @@
-//! What the test scenes are put together with.
+//! Building blocks of the test scenes.
 
 use super::images;
 use overcoat::scene::{
@@ -9,7 +9,7 @@ use overcoat::scene::{
 use std::error::Error;
 use std::sync::{Arc, OnceLock};
 
-/// What a scene function returns.
+/// Result of a scene function.
 pub type Built = Result<(Scene, Camera), Box<dyn Error>>;
 
 /// A scene that is being filled.

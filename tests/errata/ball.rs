@@ -37,7 +37,7 @@ pub fn number(value: f32) -> Number {
     L.splat(value)
 }
 
-/// What falls on the ball.
+/// Light on the ball.
 pub struct Setting {
     /// Irradiance of the lamp at normal incidence.
     pub lamp: f32,
@@ -134,7 +134,7 @@ impl Ball {
             let Some(normal) = normal else { continue };
             for (drawn, found) in drawn.iter().zip(found) {
                 let off = (found / drawn - 1.0).abs();
-                // Of sharp highlights the last bit of a normal makes some of it.
+                // In sharp highlights the last bit of a normal makes some of it.
                 assert!(off < 1e-2, "{name} at {normal:?}: {found} is not {drawn}");
                 worst = worst.max(off);
             }

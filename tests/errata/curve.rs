@@ -4,11 +4,11 @@ use super::filament::coat_reflectance;
 use overcoat_core::math::double::cos;
 use std::fmt::Write;
 
-/// How much of the light from beneath is specular, colour and name of a curve.
+/// Specular share of the light from beneath, colour and name of each curve.
 const CURVES: [(f64, &str, &str); 2] =
     [(1.0, "#0072b2", "a metal: all of it is specular"), (0.5, "#d55e00", "half of it is specular")];
 
-/// Where 0 degrees and 0 percent are, and how far from there 90 degrees and -100 percent.
+/// Position of 0 degrees and 0 percent, and the distances from there to 90 degrees and to -100 percent.
 const CORNER: [f64; 2] = [56.0, 16.0];
 const EXTENT: [f64; 2] = [450.0, 220.0];
 

@@ -19,7 +19,7 @@ const ROUGHNESS: f32 = 0.5;
 /// Least roughness (alpha) with which lamps are shown.
 const LEAST: f32 = 1.0 / 1024.0;
 
-/// What is read.
+/// Reading of the notes: the right one, or one of the mistakes.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Notes {
     Right,

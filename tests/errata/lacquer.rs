@@ -28,7 +28,7 @@ const INDEX: f64 = 1.5;
 /// Albedo of the base.
 const BLUE: [f64; 3] = [0.1, 0.18, 0.5];
 
-/// What happens to light from within beyond the critical angle.
+/// Treatment of light from within beyond the critical angle.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Beyond {
     Reflected,
@@ -61,9 +61,9 @@ fn mean(of: impl Fn(f64) -> f64) -> f64 {
 /// Means over the hemisphere.
 #[derive(Clone, Copy)]
 struct Means {
-    /// What matt light from outside loses at the upper side.
+    /// Reflectance of the upper side for matt light from outside, which is lost to the lacquer.
     outside: f64,
-    /// What matt light from within is sent back.
+    /// Reflectance of the upper side for matt light from within, which is sent back.
     inside: f64,
 }
 

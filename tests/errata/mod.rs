@@ -1,5 +1,5 @@
-//! What mistakes in notes that circulate do to a picture: `src/guide/errata.md` has a figure of each and a line of numbers, and
-//! both are what comes out here. Wrong formulas are in these files alone.
+//! Effect on a picture of mistakes in notes that circulate: `src/guide/errata.md` has a figure of each and a line of
+//! numbers, and both are what comes out here. Wrong formulas are in these files alone.
 //!
 //! The right ball of a figure is a picture of the renderer. From its normals the same surface is computed anew, with the right
 //! formula, which has to give the same picture, and with the wrong one.
@@ -33,7 +33,7 @@ fn figures() -> Vec<Figure> {
     let matt = Ball::drawn(&lacquer::material(), lacquer::CARRIER, &soft);
     let lacquered = |total: lacquer::Beyond| matt.shaded(|normal| lacquer::shade(normal, &soft, total));
 
-    // What the figures call right is what the crate draws.
+    // The right ball of each figure is what the crate draws.
     for (name, drawn, formula) in [
         ("stacklit", &metal, layered(stacklit::Notes::Right)),
         ("hdrp-lit", &paint, lit(hdrp_lit::Notes::Right)),

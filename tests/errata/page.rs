@@ -32,8 +32,8 @@ pub fn renew(name: &str, bytes: &[u8]) -> Option<String> {
     Some(name.to_owned())
 }
 
-/// Where the figures are, for the documentation, in which no file lies beside a page: in the text itself. The first definition
-/// of a name counts, and the page's own, which lead to the files, come after these.
+/// Definitions of the figures as data URLs, for the documentation, in which no file lies beside a page. The first
+/// definition of a name counts, and the page's own, which lead to the files, come after these.
 pub fn definitions(figures: &[Figure]) -> String {
     let mut text = String::new();
     for figure in figures {

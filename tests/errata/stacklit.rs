@@ -17,7 +17,7 @@ const COPPER: [f32; 3] = [0.93, 0.6, 0.38];
 const ROUGHNESS: f32 = 0.3;
 const COAT_ROUGHNESS: f32 = 0.15;
 
-/// What is read.
+/// Reading of the notes: the right one, or one of the mistakes.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Notes {
     Right,
@@ -77,7 +77,7 @@ fn fgd(pre: &PreLight<Scalar>, f0: Color) -> Color {
     pre_integrated_specular(L, unity_fgd(), pre.base_layer_n_dot_v, p, f0).0
 }
 
-/// What coat and base add to the reflected light, by the loop over the layers.
+/// Light that coat and base add to the reflection, by the loop over the layers.
 fn by_the_loop(adding: &Adding<Scalar>, sums: bool) -> [Color; 2] {
     let one = color([1.0; 3]);
     let none = color([0.0; 3]);

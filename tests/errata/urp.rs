@@ -1,5 +1,5 @@
-//! How much rougher URP makes a base under a coat (Unity 6, universal/ShaderLibrary `Lighting`, `InitializeBRDFDataClearCoat`),
-//! and how much by copies that have lost brackets.
+//! Roughening of the base under a coat by URP (Unity 6, universal/ShaderLibrary `Lighting`,
+//! `InitializeBRDFDataClearCoat`), and by copies that have lost brackets.
 
 use super::ball::{Color, L, Setting, color, number, view};
 use overcoat::scene::{Material, ShadingModel, Workflow};
@@ -14,7 +14,7 @@ const STEEL: [f32; 3] = [0.5, 0.58, 0.66];
 const ROUGHNESS: f32 = 0.4;
 const COAT_ROUGHNESS: f32 = 0.1;
 
-/// What is read.
+/// Reading of the notes: the right one, or the mistake.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Notes {
     /// `sqrt(sqrt(2 / (sigma * ieta^2 + 2)))`

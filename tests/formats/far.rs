@@ -159,11 +159,11 @@ fn the_picture_is_that_of_the_model_at_zero() {
     }
 }
 
-/// What was stored in single precision is drawn as well as it is there, and what it has lost is said once.
+/// Positions stored in single precision are drawn as well as they are there, with one warning about the lost precision.
 #[test]
 fn singles_are_drawn_as_they_are() {
     let (points, triangles) = ball(32.0);
-    // Where they are multiples of 1/32.
+    // Offset at which positions are multiples of 1/32.
     let far = moved(&points, [262_144.0, -262_144.0, 262_144.0]);
     for (far, near, format) in [
         (stl_binary(&far, &triangles), stl_binary(&points, &triangles), Format::Stl),
@@ -179,7 +179,7 @@ fn singles_are_drawn_as_they_are() {
     }
 }
 
-/// Where the scene's zero lies is known, so that positions of the file find it.
+/// The origin of the scene is known, so that positions of the file find their place in it.
 #[test]
 fn positions_of_the_file_lead_to_the_scene() {
     let (points, triangles) = ball(1e6);

@@ -164,7 +164,7 @@ fn numbers_out_of_range_and_what_is_not_read_are_named() {
     }
 }
 
-/// Where there is no coat there is nothing of it, whatever else is said of it: by factor, and by texture texel by texel.
+/// A coat of weight 0 has no effect, whatever its other parameters: by factor, and by texture texel by texel.
 #[test]
 fn a_coat_of_weight_0_changes_nothing() {
     let colored = json!({"coatFactor": 0, "coatIor": 2.5, "coatColorFactor": [1, 0, 0], "coatDarkeningFactor": 1,

@@ -201,7 +201,7 @@ fn positions_must_be_finite_and_in_range() {
         model.bytes[4..8].copy_from_slice(&bad.to_le_bytes());
         assert_eq!(model.error(), expected);
     }
-    // Of many triangles the others are drawn, and the vertex is no part of the bounds.
+    // The other triangles are drawn, and the vertex is no part of the bounds.
     let mut model = Model::empty();
     let bad = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.5, f32::NAN, 2.0];
     let position = model.floats("VEC3", &bad);

@@ -9,7 +9,7 @@ use overcoat::load::{
 use serde_json::json;
 use std::path::Path;
 
-/// What can be seen of a scene, for comparing.
+/// Visible contents of a scene, for comparing.
 fn shown(loaded: &Loaded) -> String {
     format!("{:?}", loaded.scene)
 }

@@ -7,7 +7,7 @@ use overcoat::load::{Context, LoadError, load_bytes};
 use overcoat::scene::{LightKind, Projection};
 use serde_json::json;
 
-/// Where the draws have their origin, in their order.
+/// Origins of the draws, in their order.
 fn origins(model: &Model) -> Vec<[f64; 3]> {
     let scene = model.load().unwrap().scene;
     scene.instances().iter().map(|i| i.transform.point([0.0; 3])).collect()

@@ -101,7 +101,7 @@ fn every_factor_arrives() {
     assert_eq!(material(json!({"extensions": {"KHR_materials_ior": {"ior": 0}}})).ior, 0.0);
 }
 
-/// What passes through: defaults of the specification, factors, and channels of the textures.
+/// Transmission and volume: defaults of the specification, factors, and channels of the textures.
 #[test]
 fn transmission_and_volume() {
     let through = |extensions: Value| material(json!({"extensions": extensions})).lobes.transmission;
@@ -213,7 +213,7 @@ fn every_texture_slot_has_its_colour_space() {
     assert_eq!(texels, [[255, 0, 0, 128], [0, 255, 0, 255]]);
 }
 
-/// Where alpha is coverage, the transparent red counts half in the average; elsewhere it counts whole.
+/// With alpha as coverage, the transparent red counts half in the average; elsewhere it counts whole.
 #[test]
 fn alpha_weighs_colours_where_it_is_coverage() {
     let smallest = |mode: &str| {
@@ -434,7 +434,7 @@ fn broken_images_are_left_out() {
     }
 }
 
-/// What was never a picture is called by its name, and left out of any slot.
+/// Files that are no images are called by their name in a warning, and left out of any slot.
 #[test]
 fn what_is_no_image_is_left_out() {
     let cases: [(&[u8], &str); 4] = [
@@ -561,7 +561,7 @@ fn extensions_are_named_once() {
 #[test]
 fn required_extensions() {
     let mut model = Model::triangle();
-    // What changes the look only is drawn with a warning.
+    // Extensions that only change the look are ignored, with a warning.
     model.json["extensionsRequired"] =
         json!(["EXT_lights_image_based", "KHR_texture_transform", "ABC_materials_wool"]);
     assert_eq!(

@@ -62,7 +62,7 @@ fn strip() -> Model {
         json!({"POSITION": position, "NORMAL": normal, "JOINTS_0": joints, "WEIGHTS_0": weights});
     model.json["meshes"] = json!([{"primitives": [{"attributes": attributes, "indices": indices}]}]);
     model.json["nodes"] = json!([
-        // What the node does to itself has no influence.
+        // The node's own transform has no influence.
         {"mesh": 0, "skin": 0, "translation": [100, 0, 0], "scale": [3, 3, 3]},
         {"name": "lower", "children": [2]},
         {"name": "upper", "translation": [0, 1, 0]},
@@ -100,7 +100,7 @@ fn a_strip_bends_at_its_joint() {
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{k}: {found:?}");
     }
     assert!(bent.bounds().within(2.0), "the picture is framed around what is drawn");
-    // Where the whole skeleton goes, the strip goes.
+    // The strip follows the whole skeleton.
     model.json["nodes"][1]["translation"] = json!([0, 0, 5]);
     assert_near(&points(&model.load().unwrap().scene), &expected.map(|[x, y, z]| [x, y, z + 5.0]));
 }
@@ -526,7 +526,7 @@ fn what_hides_the_rest_pose_may_be_visibility_weights_or_alpha() {
     animate(&mut model, target, &[0.0, 0.5], "VEC4", &colors, "LINEAR");
     shown(&model, "0.5");
 
-    // What shows something stays, and what never does is left as it is.
+    // A rest pose that shows something is drawn, and so is that of a file that never shows anything.
     let mut model = hidden();
     model.json["nodes"] = json!([{"mesh": 0, "scale": [0, 0, 0]}, {"mesh": 0}]);
     model.json["scenes"][0]["nodes"] = json!([0, 1]);
@@ -554,7 +554,7 @@ fn animations_that_there_are_not() {
     assert_eq!(messages(&play(&model, "move", 0.0).unwrap()), ["animation 0 'move' changes nothing"]);
 }
 
-/// What cannot be played is left out and named; nothing ends in a panic.
+/// Animations that cannot be played are left out and named; nothing ends in a panic.
 #[test]
 fn hostile_animations() {
     let base = strip();

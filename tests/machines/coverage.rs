@@ -16,7 +16,7 @@ use overcoat::scene::{Filter, MipFilter, ShadingModel, Wrap};
 use std::collections::BTreeSet;
 use std::fmt::Debug;
 
-/// What a scene touches, in words.
+/// Features that a scene touches, in words.
 fn touched(recipe: &Recipe) -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     let mut add = |what: &str, value: &dyn Debug| {
@@ -93,7 +93,7 @@ fn touched(recipe: &Recipe) -> BTreeSet<String> {
     all
 }
 
-/// What there is, from the library's own lists where it has them.
+/// All features, from the library's own lists where it has them.
 fn wanted() -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     let mut add = |what: &str, values: Vec<String>| {

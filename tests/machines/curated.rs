@@ -1,7 +1,7 @@
 //! Recipes that together touch everything: models, keys of materials, textures, lights, decoders, encoders.
 //!
-//! What a scene holds depends on its name and on the names of the keys in it, so that a new key or a new scene changes
-//! no hash but those of the scenes that it is in.
+//! The contents of a scene depend on its name and on the names of the keys in it, so that a new key or a new scene
+//! changes no hash but those of the scenes that it is in.
 
 use super::common::scenes::{compressed, motion, nodes};
 use super::dice::Dice;
@@ -71,7 +71,7 @@ pub fn curated() -> Vec<(String, Recipe)> {
 /// Name of a scene, its model file, the second of its animation, and what of it is seen: centre, width and height.
 type GivenFile = (&'static str, fn() -> Vec<u8>, Option<f64>, [f32; 4]);
 
-/// What loaders do beside reading: poses, decompression, points and lines.
+/// Files for the work of loaders beside reading: poses, decompression, points and lines.
 const FILES: &[GivenFile] = &[
     ("skin", || motion::skinned().file(), Some(0.75), [-0.7, 1.1, 4.8, 2.4]),
     ("morph-targets", || motion::morphing().expect("it is made").file(), None, [0.0, 0.0, 5.0, 2.5]),
@@ -189,7 +189,7 @@ fn still_life() -> Recipe {
 /// The keys of one group, with textures 0 to 3, and the model.
 fn keys_of_group(name: &str, model: ShadingModel, number: usize) -> Vec<(&'static str, KeyValue)> {
     let in_group = |key: &str| Dice::named(key).below(GROUPS) == number % GROUPS;
-    // Those have scenes of their own: they would hide the others.
+    // Keys with scenes of their own: they would hide the others.
     let elsewhere =
         |key: &str| matches!(key, "model" | "alpha_mode" | "alpha_cutoff" | "double_sided" | "unlit");
     let scale_of = |key: &str| match key {
@@ -375,7 +375,7 @@ fn of_format(format: Format) -> Recipe {
         ("base_color_texture", KeyValue::Texture(TextureUse::plain(0))),
         ("roughness", text("0.4")),
     ];
-    // What formats without texture coordinates show would be one picture.
+    // Formats without texture coordinates would all show the same picture.
     let number = Format::ALL.iter().copied().position(|f| f == format).unwrap_or(0);
     Recipe { container: format, lights: vec![light(number)], ..recipe }
 }
@@ -483,7 +483,7 @@ fn vertex_attributes() -> Recipe {
     Recipe { shading: Some(ShadingModel::Filament), samples: 4, ..recipe }
 }
 
-/// What the groups leave out because it excludes others.
+/// Keys that the groups leave out because they exclude others.
 fn switches() -> Recipe {
     let mut recipe = with_keys("switches", ShadingModel::StackLit, 0);
     let used = |k: usize| KeyValue::Texture(TextureUse { channel: Some(2), ..TextureUse::plain(k) });

@@ -13,7 +13,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 const TILES: [u32; 3] = [16, 32, 64];
 const THREADS: [usize; 2] = [1, 3];
 
-/// What must not change a picture.
+/// Settings that must not change a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setting {
     pub level: SimdLevel,
@@ -43,7 +43,7 @@ pub fn settings(levels: &[SimdLevel]) -> Vec<Setting> {
     all
 }
 
-/// What is wrong with a recipe's picture.
+/// Problem of a recipe's picture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Problem {
     /// The files are not taken.
@@ -131,7 +131,7 @@ impl Bench {
     pub fn examine_by(&mut self, recipe: &Recipe, skies: &Skies, render: Render<'_>) -> Result<u64, Problem> {
         let outcome = catch_unwind(AssertUnwindSafe(|| self.compare(recipe, skies, render)));
         outcome.unwrap_or_else(|panic| {
-            // What the panic left behind must not disturb the next recipe.
+            // Renderers that have panicked must not disturb the next recipe.
             self.renderers = THREADS.map(Renderer::new);
             let message = panic.downcast_ref::<String>().map(String::as_str);
             let message = message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");

@@ -14,7 +14,7 @@ use std::path::Path;
 /// The scene file.
 pub const SCENE: &str = "scene.toml";
 
-/// Where material files are, and below it their textures: they read from nowhere else.
+/// Folder of material files, and below it of their textures: they read from nowhere else.
 pub const MATERIALS: &str = "materials/";
 
 /// Names and contents.

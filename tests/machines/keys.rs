@@ -5,7 +5,7 @@ use super::recipe::{KeyValue, TextureUse};
 use overcoat::load::{MaterialKey, material_keys};
 use std::sync::LazyLock;
 
-/// What a key takes.
+/// Type of a key's value.
 #[derive(Clone, Debug)]
 pub enum Takes {
     Switch,
@@ -51,9 +51,9 @@ fn takes(key: &MaterialKey) -> Takes {
 /// Which numbers of a range to choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// Those that one sees every day.
+    /// Everyday numbers.
     Usual,
-    /// Those, the ends of the range and, where it is wide, large ones.
+    /// Everyday numbers, the ends of the range and, where it is wide, large ones.
     Any,
 }
 

@@ -25,12 +25,12 @@ const MOST_REPORTED: usize = 3;
 /// Questions that the shrinker may ask.
 const STEPS: usize = 1000;
 
-/// Where minimal scenes are written.
+/// Folder to which minimal scenes are written.
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("leaks")
 }
 
-/// How many recipes, and the seed of the first.
+/// Number of recipes, and the seed of the first.
 fn asked() -> (u64, u64) {
     let number = |text: &str| text.trim().parse().expect("OVERCOAT_LEAKS is <count>[,<first seed>]");
     match std::env::var("OVERCOAT_LEAKS") {
@@ -43,11 +43,11 @@ fn asked() -> (u64, u64) {
     }
 }
 
-/// What random recipes came to.
+/// Results of random recipes.
 #[derive(Default)]
 struct Found {
     rendered: u64,
-    /// Those of which something is to be seen; not counted where there is a problem.
+    /// Number of pictures that show something; not counted where there is a problem.
     visible: u64,
     /// Seeds of one problem, the least first.
     problems: Vec<(Problem, Vec<u64>)>,

@@ -116,7 +116,7 @@ fn this_machine_gives_the_recorded_hashes() {
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
 
-/// How to run the program of another machine.
+/// Command that runs the program of another machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Machine {
     name: String,
@@ -227,7 +227,7 @@ struct Scene {
     folder: PathBuf,
 }
 
-/// What is wrong with the scenes on a machine, in their order.
+/// Problems of the scenes on a machine, in the order of the scenes.
 fn on_machine(
     machine: &Machine,
     scenes: &[&Scene],
@@ -290,7 +290,7 @@ fn compare(machine: &Machine, scene: &Scene, expected: &Hashes) -> Result<(), St
     Err(format!("{what}; {stage} ({})", scene.folder.join(SCENE).display()))
 }
 
-/// What the program prints when it draws a scene.
+/// Output of the program when it draws a scene.
 fn run(machine: &Machine, scene: &Scene, out: &Path) -> Result<String, String> {
     let path = |path: &Path| path.to_string_lossy().into_owned();
     let mut words = vec!["render".to_owned(), "--scene".to_owned(), path(&scene.folder.join(SCENE))];
@@ -303,7 +303,7 @@ fn run(machine: &Machine, scene: &Scene, out: &Path) -> Result<String, String> {
     execute(machine, &words, &scene.folder)
 }
 
-/// What the program prints, which also goes to a file of a folder.
+/// Output of the program, which also goes to a file of a folder.
 fn execute(machine: &Machine, words: &[String], folder: &Path) -> Result<String, String> {
     let (program, first) = machine.command.split_first().ok_or("no command")?;
     let log = |name: &str| folder.join(name);

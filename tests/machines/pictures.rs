@@ -38,7 +38,7 @@ pub fn texture(recipe: &TextureRecipe) -> Result<Vec<u8>, String> {
                 .write_image(&data, width, height, ExtendedColorType::Rgba8)
                 .map_err(|e| e.to_string())?;
         }
-        // What the encoders above do not make.
+        // Formats that the encoders above do not write.
         PictureFormat::KeptJpeg420 => bytes.extend(include_bytes!("pictures/subsampled.jpg")),
         PictureFormat::KeptJpegProgressive => bytes.extend(include_bytes!("pictures/progressive.jpg")),
         PictureFormat::KeptWebPLossy => bytes.extend(include_bytes!("pictures/lossy.webp")),

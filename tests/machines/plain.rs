@@ -6,7 +6,7 @@ use super::package::stored_zip;
 use super::recipe::{InstanceRecipe, Recipe};
 use std::fmt::Write as _;
 
-/// Where an instance puts a point of its mesh.
+/// Position of a mesh's point by the transform of an instance.
 fn place(instance: &InstanceRecipe, point: [f32; 3]) -> [f32; 3] {
     let p: [f32; 3] = std::array::from_fn(|k| point[k] * instance.scale[k]);
     let [x, y, z, w] = instance.rotation.map(|c| c as f32);

@@ -71,7 +71,7 @@ impl Pattern {
     pub const ALL: [Self; 4] = [Self::Noise, Self::Checker, Self::Ramp, Self::Bumps];
 }
 
-/// How a texture is stored. Pictures of other encoders are kept beside the tests; pattern and size mean nothing there.
+/// File format of a texture. Pictures of other encoders are kept beside the tests; pattern and size mean nothing there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PictureFormat {
     Png8,
@@ -107,7 +107,7 @@ impl PictureFormat {
     }
 }
 
-/// How a material reads a texture.
+/// Use of a texture by a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureUse {
     pub texture: usize,
@@ -155,7 +155,7 @@ pub struct MaterialRecipe {
     pub unlit: bool,
     /// Keys of the material file; there is none if they are none.
     pub keys: Vec<(&'static str, KeyValue)>,
-    /// Whether the file replaces the model's own material.
+    /// True if the file replaces the model's own material.
     pub replaces: bool,
 }
 
@@ -228,7 +228,7 @@ pub struct InstanceRecipe {
 }
 
 impl InstanceRecipe {
-    /// Where the mesh is.
+    /// Instance without a transform.
     pub fn plain(mesh: usize, material: usize) -> Self {
         Self { mesh, material, translation: [0.0; 3], rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] }
     }

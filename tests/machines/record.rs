@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 const HEADER: &str = "scene\tframe hash\tfile format\thash of the file";
 
-/// What is recorded of one scene.
+/// Record of one scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hashes {
-    /// Of the linear frame.
+    /// Hash of the linear frame.
     pub frame: String,
     /// The extension of the encoded file.
     pub format: String,

@@ -39,7 +39,7 @@ impl Shot {
         let options_of_load = LoadOptions::default().with_animation(animation);
         let loaded = load_bytes_with(files.get(model)?, Some(recipe.container), &options_of_load, &context)
             .map_err(|e| format!("{model}: {e}"))?;
-        // What recipes ask for is understood, so a warning is a mistake of either.
+        // Recipes ask only for supported features, so a warning is a mistake of either.
         if let Some(warning) = loaded.warnings.first() {
             return Err(format!("{model}: {warning}"));
         }
@@ -107,7 +107,8 @@ impl Skies {
         Ok((decoded, filtered))
     }
 
-    /// What a renderer is to use in place of filtering the recipe's environment; none where it is not a picture.
+    /// Prefiltered environment of a recipe, which a renderer takes in place of filtering it; `None` where it is not a
+    /// picture.
     pub fn filtered(
         &self,
         which: EnvironmentRecipe,

@@ -184,7 +184,7 @@ fn anisotropy_of_no_strength_is_isotropic() {
     }
 }
 
-/// What lies beneath gets darker as the coat gets stronger, for light whose highlight is elsewhere.
+/// The base gets darker as the coat gets stronger, for light whose highlight is elsewhere.
 #[test]
 fn more_coat_is_darker_beneath() {
     let direction = Vec3::splat(L, [0.0, 0.95, 0.3]).normalize();

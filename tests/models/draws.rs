@@ -21,7 +21,7 @@ impl Draws {
         z ^ (z >> 31)
     }
 
-    /// What [`Draws::unit`] loads. Compiled once, since the models inline it dozens of times.
+    /// Numbers that [`Draws::unit`] loads. Compiled once, since the models inline it dozens of times.
     #[inline(never)]
     fn numbers(&mut self) -> [f32; LANES] {
         // Tables instead of branches, which nobody could predict.
@@ -71,7 +71,7 @@ impl Draws {
     }
 }
 
-/// Whether all lanes of all components are numbers from `least` to the largest finite one.
+/// True if all lanes of all components are numbers from `least` to the largest finite one.
 #[inline(always)]
 pub fn all_from<L: Lanes>(l: L, v: V3<L>, least: f32) -> bool {
     let (least, infinity) = (l.splat(least), l.splat(f32::INFINITY));
@@ -116,13 +116,13 @@ pub fn tilted(cosine: f32) -> V3<Scalar> {
     Vec3::splat(Scalar, [(1.0 - cosine * cosine).sqrt(), 0.0, cosine])
 }
 
-/// How many sets of random inputs a test takes of each model: ten million where the compiler optimises.
+/// Number of sets of random inputs that a test takes of each model: ten million where the compiler optimises.
 pub const SETS: usize = if cfg!(debug_assertions) { 100_000 } else { 10_000_000 };
 
 const COSINES: [f32; 6] = [1.0, 0.8, 0.5, 0.25, 0.1, 0.02];
 const ROUGHNESSES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
-/// What is found at most, over views, roughness and metalness.
+/// Largest value over views, roughness and metalness.
 pub fn most(mut of: impl FnMut(f32, f32, f32) -> f64) -> f64 {
     let mut most = 0.0_f64;
     for cosine in COSINES {

@@ -80,7 +80,7 @@ impl Random {
             _ => 0.0,
         })
     }
-    /// Those, some of them equal or opposite to `other` or tilted against it by very little.
+    /// Random directions, some of them equal or opposite to `other` or tilted against it by very little.
     #[inline(always)]
     pub fn directions_about<L: Lanes>(&mut self, l: L, other: V3<L>) -> V3<L> {
         let v = self.directions(l);
@@ -98,8 +98,8 @@ pub fn at_cosine(cosine: f32) -> [f32; 3] {
     [(1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine]
 }
 
-/// What `brdf_times_cosine` sends back of light from one direction after another, all of radiance 1: the integral over
-/// the hemisphere, of the first channel. Directions come sixteen at a time, denser towards the horizon.
+/// Light that `brdf_times_cosine` reflects of a white hemisphere of radiance 1: the integral over the hemisphere, of
+/// the first channel. Directions come sixteen at a time, denser towards the horizon.
 pub fn reflected(brdf_times_cosine: impl Fn(V3<Scalar>) -> V3<Scalar>) -> f64 {
     let (rings, sectors) = (160, 160);
     let mut sum = 0.0;
@@ -228,14 +228,14 @@ fn white_furnace_of_the_environment() {
     assert!(least > 0.994 && most < 1.018, "{least} {most}");
 }
 
-/// What the model says of one light's direction, summed over all: how much more light comes back than falls in.
+/// Directional albedo for lights: how much more light comes back than falls in.
 #[test]
 fn white_furnace_of_lights_gains_what_the_documentation_says() {
     let plastic = Fragment::white(Quality::Desktop);
     let metal = Fragment { metallic: 1.0, ..plastic };
     let black = Fragment { color: 0.0, f0: 0.0, ..plastic };
     let cases = [
-        // What, and how much seen from the front, at N.V = 0.1 and at 0.01.
+        // Name, surface, and albedo seen from the front, at N.V = 0.1 and at 0.01.
         ("metal", metal, [1.005, 0.989, 0.999]),
         ("plastic", plastic, [1.037, 1.170, 1.211]),
         ("matt", Fragment { f0: 0.0, ..plastic }, [1.0, 1.0, 1.0]),
@@ -547,7 +547,7 @@ fn standard_is_finite<L: Lanes>(l: L, random: &mut Random, round: usize) {
         |query| query.direction,
         one,
     );
-    // What the sheen leaves may be less than nothing.
+    // The light that sheen leaves may be negative.
     let least = if data.sheen.is_some() { f32::MIN } else { 0.0 };
     assert!(
         all_from(l, direct, least) && all_from(l, indirect, f32::MIN),

@@ -149,7 +149,7 @@ fn coat_f0_is_a_choice() {
     assert!((weight(CoatF0::BaseIor, 2.0) - 1.0 / 9.0).abs() < 1e-7);
 }
 
-/// What lies beneath gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
+/// The base gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
 #[test]
 fn more_coat_is_darker_beneath() {
     let direction = Vec3::splat(L, [0.0, 0.95, 0.3]).normalize();

@@ -39,7 +39,7 @@ struct Lot {
     occlusion: Option<[Column; 5]>,
 }
 
-/// What the model makes of it.
+/// Results of the model.
 struct Evaluated {
     /// Light of lamps without energy compensation and diffuse colour: diffuse and specular.
     direct: [Columns; 2],
@@ -149,7 +149,7 @@ struct Fragment {
     iridescence: Option<(f32, f32)>,
     coat: Option<f32>,
     view: [f32; 3],
-    /// Of the lamps.
+    /// Minimum roughness of the lamps' highlights.
     min_roughness: f32,
 }
 
@@ -370,7 +370,7 @@ fn a_white_plane_is_nearly_lambert() {
     }
 }
 
-/// What each kind of surface reflects of an even environment at most, over roughness and view.
+/// Bounds of the reflection of an even environment by each kind of surface, over roughness and view.
 #[test]
 fn white_furnace_of_the_environment() {
     let worst = |metallic: f32, coat: Option<f32>, color: f32| {
@@ -446,7 +446,7 @@ fn directional_albedo(fragment: &Fragment) -> f32 {
     sum as f32
 }
 
-/// What lamps from all sides give: without coat what the tabulated environment gives, with coat up to 1.65 (rough
+/// Light that lamps from all sides give: without coat as much as the tabulated environment, with coat up to 1.65 (rough
 /// white metal) and 1.87 (rough white dielectric) of what falls in, near the silhouette.
 #[test]
 fn energy_under_lamps() {

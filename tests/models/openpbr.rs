@@ -272,7 +272,7 @@ fn unit_vector<L: Lanes>(l: L, v: V3<L>) -> V3<L> {
     Vec3::select(none, Vec3::splat(l, [0.0, 0.0, 1.0]), v.normalize())
 }
 
-/// How many of the results are not finite.
+/// Number of results that are not finite.
 #[inline(always)]
 fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;

@@ -59,10 +59,10 @@ struct Lot {
     scattering: [Column; 2],
 }
 
-/// What leaves.
+/// Light that leaves the surface.
 #[derive(Clone, Debug)]
 struct Found {
-    /// Of the lamp alone, the diffuse part without its colour.
+    /// Light of the lamp alone, diffuse and specular, the diffuse part without its colour.
     direct: [Color; 2],
     environment: Color,
     /// All, with the sky.

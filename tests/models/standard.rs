@@ -126,7 +126,7 @@ fn features_of_no_strength_are_absent() {
     }
 }
 
-/// What lies beneath gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
+/// The base gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
 #[test]
 fn more_coat_is_darker_beneath() {
     let direction = Vec3::splat(L, [0.0, 0.95, 0.3]).normalize();
@@ -221,7 +221,7 @@ fn lookups_find_what_the_integral_finds() {
     assert!(far[0] < 0.07 && far[0] < 0.3 * far[1], "{far:?}");
 }
 
-/// What the prefiltered environment holds of a sky: the mean over a lobe that is seen along its axis.
+/// Radiance that the prefiltered environment has of a sky: the mean over a lobe that is seen along its axis.
 fn mean_over_round_lobe(axis: [f32; 3], alpha: f32, sky: &dyn Fn(V3<Scalar>) -> V3<Scalar>) -> V3<Scalar> {
     let [x, y, z] = axis;
     let side = if z.abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };

@@ -196,7 +196,7 @@ fn anisotropy_of_no_strength_is_isotropic() {
     assert_eq!(in_white(&found), in_white(&expected));
 }
 
-/// What lies beneath gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
+/// The base gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
 #[test]
 fn more_coat_is_darker_beneath() {
     let direction = Vec3::splat(L, [0.0, 0.95, 0.3]).normalize();

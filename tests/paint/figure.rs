@@ -96,7 +96,7 @@ fn the_guide_shows_flakes_from_far_and_near_and_in_motion() {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(&path, &png).unwrap();
     }
-    // Where it is, for the documentation, in which no file lies beside a page: in the text itself.
+    // Definition of the figure as a data URL, for the documentation, in which no file lies beside a page.
     let text = format!("[flakes]: data:image/png;base64,{}\n", STANDARD.encode(&png));
     let beside = path.with_file_name("figures.md");
     let known_text = fs::read_to_string(&beside).unwrap_or_default();

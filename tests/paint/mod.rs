@@ -109,7 +109,7 @@ fn as_many_flakes_are_seen_as_there_are() {
     }
 }
 
-/// What sparkles from near is even from afar, and goes from one to the other without a step.
+/// Sparkle from near is even from afar, and goes from one to the other without a step.
 #[test]
 fn flakes_fade_with_distance() {
     let scene = |across| lit(crate::common::shapes::square(1), painted(flakes(across)), [0.3, -0.2, -0.93]);
@@ -144,8 +144,8 @@ fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from((a[1] - b[1]).abs())).sum::<f64>() / a.len() as f64
 }
 
-/// What a turntable shows changes as little as the object turns: half the angle, about half the difference, down to a twenty-fifth
-/// of a pixel. Numbers that were drawn anew for each picture would differ by the contrast.
+/// The picture of a turntable changes as little as the object turns: half the angle, about half the difference, down to
+/// a twenty-fifth of a pixel. Numbers that were drawn anew for each picture would differ by the contrast.
 #[test]
 fn flakes_do_not_flicker() {
     for across in [60.0, 300.0] {
@@ -173,7 +173,7 @@ fn flakes_move_with_the_object_and_keep_their_size() {
     };
     let here = picture(1.0, 32.0, [0.0; 3]);
     assert_eq!(here, picture(1.0, 32.0, [0.0, 0.0, -0.5]));
-    // What is drawn twice as large about its middle has the same flakes in the same places, and finer ones are others.
+    // A surface drawn twice as large about its middle has the same flakes in the same places; finer ones are others.
     assert!(difference(&here, &picture(2.0, 32.0, [0.0; 3])) < 1e-4);
     assert!(difference(&here, &picture(1.0, 64.0, [0.0; 3])) > 0.01);
 }
@@ -197,7 +197,7 @@ fn a_film_has_another_color_at_every_angle() {
     }
 }
 
-/// What mica does not reflect reaches the base: over white, in white light, nothing is lost.
+/// Light that mica does not reflect reaches the base: over white, in white light, nothing is lost.
 #[test]
 fn mica_lets_through_what_it_does_not_reflect() {
     let mut material = painted(Flakes { color: [0.2, 0.3, 0.1], transparency: 1.0, ..flakes(400.0) });
@@ -233,7 +233,7 @@ fn orange_peel_bends_reflections() {
         let [near, far] = [peel(0.2), peel(0.002)].map(of);
         println!("{model:?}: {} {} {}", contrast(&flat), contrast(&near), contrast(&far));
         assert!(contrast(&flat) < 1e-3 && contrast(&near) > 0.05, "{model:?}");
-        // Where pixels are larger than waves the coat is even, and rougher.
+        // With pixels larger than waves the coat is even, and rougher.
         assert!(contrast(&far) < 0.3 * contrast(&near) && far != flat, "{model:?}");
         let white = |surface| {
             mean(&pixels(&furnace(crate::common::shapes::square(1), coated(surface)), 64, model), 1)

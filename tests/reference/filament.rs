@@ -209,7 +209,7 @@ fn cloth_surface<L: Lanes>(l: L, batch: &Batch<'_>, found: &mut Columns) -> clot
     found.one(l, "perceptualRoughness", surface.perceptual_roughness);
     found.one(l, "roughness", surface.roughness);
     found.one(l, "NoV", surface.n_dot_v);
-    // What the model does not have.
+    // Columns that the model does not have.
     found.three(l, "energyCompensation", Vec3::uniform(one));
     for column in ["ccPerceptualRoughness", "ccRoughness", "sheenScaling"] {
         found.one(l, column, zero);

@@ -69,7 +69,7 @@ fn store_surface<L: Lanes>(l: L, found: &mut Found, data: &SurfaceData<L>, surfa
     ] {
         found.set(name, value.to_array());
     }
-    // What a material without coat does not have is 0 in the table.
+    // Columns of the coat are 0 in the table for a material without one.
     let none = [0.0; LANES];
     found.set("coatRoughness", bsdf.coat.map_or(none, |c| c.roughness.to_array()));
     found.set("coatPartLambdaV", pre.coat.map_or(none, |c| c.part_lambda_v.to_array()));

@@ -1,4 +1,4 @@
-//! What layered models share: Fresnel, roughness, thin films, hazy gloss (`helpers_fresnel`, `_roughness`,
+//! Helpers that layered models share: Fresnel, roughness, thin films, hazy gloss (`helpers_fresnel`, `_roughness`,
 //! `_iridescence`, `_haze`).
 
 use super::table::{Adapter, Batch, Found};
@@ -119,7 +119,7 @@ fn haze_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         max_f0: load3(l, batch, "maxF0"),
     };
     let fresnel0 = load3(l, batch, "f0");
-    // What the table's lobe B is where nothing is reflected: zeros.
+    // Lobe B of the table where nothing is reflected: zeros.
     let before = HazyLobes {
         fresnel0,
         lobe_mix: l.zero(),

@@ -212,7 +212,7 @@ fn store_layers<L: Lanes>(found: &mut Found, layers: &Layers<L>) {
     found.set("layeredCoatRoughness", layers.coat_roughness.to_array());
 }
 
-/// What the adding and the environment tables have in common.
+/// Stores the columns that the tables of adding and of the environment share.
 fn store_prelight<L: Lanes>(l: L, found: &mut Found, pre: &PreLight<L>) {
     store_layers(found, &pre.layers);
     let mut set = |name: &str, value: L::F| found.set(name, value.to_array());

@@ -4,7 +4,7 @@ use overcoat_core::math::lanes::LANES;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How a table is evaluated.
+/// Evaluation of a table.
 pub struct Adapter {
     /// File name without `.csv`.
     pub table: &'static str,
@@ -109,7 +109,7 @@ impl Batch<'_> {
     }
 }
 
-/// What an adapter found, by the name of the output column without `out_`.
+/// Results of an adapter, by the name of the output column without `out_`.
 #[derive(Default)]
 pub struct Found {
     pub columns: Vec<(String, [f32; LANES])>,

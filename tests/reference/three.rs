@@ -74,7 +74,7 @@ fn store3<L: Lanes>(v: V3<L>) -> [[f32; LANES]; 3] {
     v.map(Float::to_array).to_array()
 }
 
-/// What the originals feed as the environment's irradiance at a normal.
+/// Irradiance of the environment at a normal, as the originals were fed with it.
 #[inline(always)]
 fn stub_irradiance<L: Lanes>(l: L, normal: V3<L>) -> V3<L> {
     stub::environment(l, normal, l.splat(1.0)) * PI

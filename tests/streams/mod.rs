@@ -1,5 +1,5 @@
-//! Where models, environments, materials and scene files come from that is no plain file: pipes, and gzip or Zstandard around
-//! any of them.
+//! Inputs that are no plain files: models, environments, materials and scene files from pipes, and in gzip or
+//! Zstandard.
 
 use super::{is_png, names, shell, text};
 use flate2::Compression;
@@ -74,7 +74,7 @@ fn what_is_packed_gives_the_same_picture() {
     }
     let info = shell(at, "\"$0\" info x.obj.gz --json");
     assert!(text(&info.stdout).contains("\"obj\""), "{}", text(&info.stdout));
-    // What follows the data is said; what is missing too.
+    // Bytes behind the data are warned of; missing ones too.
     let packed = fs::read(at.join("x.obj.gz")).unwrap();
     fs::write(at.join("tail.gz"), [packed.as_slice(), b"junk"].concat()).unwrap();
     let (same, message) = picture(at, "\"$0\" render tail.gz");

@@ -231,7 +231,7 @@ fn walks_without_end_are_counted() {
     let found = stack(1.0).directional_albedo([0.0, 0.0, 1.0], &samples).unwrap();
     let truncated = found.reflectance.truncated();
     assert!(truncated > 0 && truncated < 20, "{truncated}");
-    // What is given up is what is missing.
+    // The missing light is that of the walks that were given up.
     let missing = 1.0 - found.reflectance.mean()[0];
     assert!((missing - truncated as f64 / samples.count as f64).abs() < 1e-9, "{missing}");
     // With absorption they end.

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 const RINGS: usize = 6;
 const TURNS: usize = 8;
 
-/// Of so many samples, how many in each bin of both hemispheres; how many of them absorbed; and how many sharp.
+/// Histogram of samples: the number in each bin of both hemispheres, of absorbed ones, and of sharp ones.
 fn histogram(stack: &Stack, wo: [f64; 3], count: u64) -> (Vec<f64>, f64, f64) {
     let mut bins = vec![0.0; 2 * RINGS * TURNS];
     let (mut absorbed, mut sharp) = (0.0, 0.0);
@@ -33,7 +33,7 @@ fn histogram(stack: &Stack, wo: [f64; 3], count: u64) -> (Vec<f64>, f64, f64) {
     (bins, absorbed, sharp)
 }
 
-/// What the values say of each bin, with its variance.
+/// Expected number of samples in each bin by the density, with its variance.
 fn expected(stack: &Stack, wo: [f64; 3], count: u64, seed: u64, samples: u64) -> Vec<(f64, f64)> {
     let mut points = Points::new(seed);
     let mut bins = Vec::new();

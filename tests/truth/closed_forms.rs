@@ -40,17 +40,17 @@ impl Coated {
         if square > 0.0 { square.sqrt() } else { 0.0 }
     }
 
-    /// Of what leaves the lower surface, what comes back to it.
+    /// Share of the light leaving the lower surface that comes back to it.
     fn returns(&self, c: usize) -> f64 {
         diffuse(self.critical(), |mu| fresnel(mu, 1.0 / self.eta).0 * exp(-2.0 * self.depth[c] / mu))
     }
 
-    /// Of what leaves the lower surface, what leaves the coat.
+    /// Share of the light leaving the lower surface that leaves the coat.
     fn leaves(&self, c: usize) -> f64 {
         diffuse(self.critical(), |mu| (1.0 - fresnel(mu, 1.0 / self.eta).0) * exp(-self.depth[c] / mu))
     }
 
-    /// Of what arrives, what reaches the lower surface.
+    /// Share of the arriving light that reaches the lower surface.
     fn enters(&self, cosine: f64, c: usize) -> f64 {
         let (f, beyond) = fresnel(cosine, self.eta);
         if beyond == 0.0 { 0.0 } else { (1.0 - f) * exp(-self.depth[c] / beyond) }

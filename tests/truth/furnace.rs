@@ -1,4 +1,4 @@
-//! Where nothing is absorbed, nothing is lost.
+//! White furnace: without absorption no light is lost.
 
 use super::direction;
 use super::statistics::Family;
@@ -52,7 +52,7 @@ fn one_interface() {
 
 /// Standard error of reflectance and transmittance together, at most.
 fn error(albedo: &overcoat_lab::truth::Albedo, c: usize) -> f64 {
-    // Of what adds up to 1 in every sample it is 0, which rounding is not.
+    // The error is 0 where every sample adds up to 1, but for rounding.
     let (r, t) = (albedo.reflectance.standard_error()[c], albedo.transmittance.standard_error()[c]);
     if (r - t).abs() < 1e-9 { 0.0 } else { (r * r + t * t).sqrt() }
 }
@@ -116,7 +116,7 @@ fn stacks_of_many() {
     family.judge();
 }
 
-/// Where something is absorbed, nothing is won.
+/// With absorption no light is gained.
 #[test]
 fn energy_is_conserved() {
     for (name, stack) in super::reciprocity::stacks() {

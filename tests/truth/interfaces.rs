@@ -193,7 +193,7 @@ fn albedo_is_the_integral() {
                     of(&albedo.reflectance),
                     reflected[c],
                 );
-                // What is unrefracted has no density.
+                // Unrefracted light has no density.
                 if name != "unrefracted" {
                     let found = of(&albedo.transmittance);
                     family.compare(format!("{name} at {cosine}, {c} transmitted"), found, transmitted[c]);
@@ -204,7 +204,7 @@ fn albedo_is_the_integral() {
     family.judge();
 }
 
-/// What is called the coat is what the first interface reflects, whatever is below it.
+/// The coat's part is the reflection of the first interface, whatever is below it.
 #[test]
 fn the_coat_is_the_first_interface() {
     let coats = [

@@ -77,7 +77,8 @@ fn evaluation_is_reciprocal() {
             let samples = Samples::new(1 << 13);
             let there = stack.evaluate(wo, wi, &samples).unwrap().total;
             let back = stack.evaluate(wi, wo, &samples).unwrap().total;
-            // Of radiance: f(wo, wi) over the square of the index at wo is symmetric (Veach 1997, section 5.2).
+            // Reciprocity of radiance: f(wo, wi) over the square of the index at wo is symmetric (Veach 1997, section
+            // 5.2).
             let index = |w: [f64; 3]| if w[2] > 0.0 { 1.0 } else { stack.index_below() };
             let scale =
                 |wo, wi: [f64; 3]| stack.radiance_scale(wo, wi) / (wi[2].abs() * index(wo) * index(wo));
@@ -115,7 +116,7 @@ fn albedo_is_the_integral_of_the_value() {
                     }
                 }
             }
-            // What a smooth coat reflects has no density.
+            // Light that a smooth coat reflects has no density.
             let smooth = name.starts_with("smooth") && cosine > 0.0;
             let reflected = if smooth { &albedo.base } else { &albedo.reflectance };
             let passes_straight = name.starts_with("unrefracted");

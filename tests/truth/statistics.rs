@@ -45,7 +45,7 @@ pub fn two_sided(z: f64) -> f64 {
     gamma_q(0.5, 0.5 * z * z)
 }
 
-/// What a single test of so many may have at least (Sidak 1967).
+/// Smallest p-value that a single one of so many tests may have (Sidak 1967).
 pub fn sidak(tests: usize) -> f64 {
     // 1 - (1 - s)^(1/n)
     1.0 - exp(ln(1.0 - SIGNIFICANCE) / tests as f64)

@@ -29,7 +29,7 @@
 
 
 /*
- What a function returns.
+ Status that a function returns.
  */
 typedef enum {
   /*
@@ -41,7 +41,7 @@ typedef enum {
    */
   OVERCOAT_INVALID_ARGUMENT = 1,
   /*
-   What a number names has been removed, never was, or is of another world.
+   The object of a number has been removed, never existed, or is of another world.
    */
   OVERCOAT_GONE = 2,
   /*
@@ -79,7 +79,7 @@ typedef enum {
 } overcoat_status;
 
 /*
- How a pixel lies in memory.
+ Layout of a pixel in memory.
  */
 typedef enum {
   /*
@@ -113,11 +113,11 @@ typedef enum {
 } overcoat_pixel_format;
 
 /*
- How well a picture is drawn: what blocks light, and how often surfaces are shaded.
+ Quality of a picture: what blocks light, and how often surfaces are shaded.
  */
 typedef enum {
   /*
-   That of the settings, or else fast.
+   Quality of the settings, or else fast.
    */
   OVERCOAT_QUALITY_DEFAULT = 0,
   /*
@@ -133,13 +133,13 @@ typedef enum {
    */
   OVERCOAT_QUALITY_GOOD = 3,
   /*
-   The same with more of each.
+   Maps, rays and shadings of good, with more of each.
    */
   OVERCOAT_QUALITY_BEST = 4,
 } overcoat_quality;
 
 /*
- Where light from afar comes from.
+ Source of the environment's light.
  */
 typedef enum {
   /*
@@ -147,7 +147,7 @@ typedef enum {
    */
   OVERCOAT_ENVIRONMENT_STUDIO = 0,
   /*
-   Nowhere.
+   No environment.
    */
   OVERCOAT_ENVIRONMENT_NONE = 1,
   /*
@@ -155,13 +155,13 @@ typedef enum {
    */
   OVERCOAT_ENVIRONMENT_FILE = 2,
   /*
-   The same in memory.
+   Such a file in memory.
    */
   OVERCOAT_ENVIRONMENT_MEMORY = 3,
 } overcoat_environment_kind;
 
 /*
- What a light is like.
+ Kind of a light, which decides what its position and direction mean, and the unit of its intensity.
  */
 typedef enum {
   /*
@@ -179,16 +179,16 @@ typedef enum {
 } overcoat_light_kind;
 
 /*
- What everything belongs to: threads, worlds, what is in them.
+ Context of all calls: owns the threads, the worlds, and what is in them.
  */
 typedef struct overcoat overcoat;
 
 /*
- What overcoat_new() is told.
+ Options of overcoat_new().
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
@@ -219,7 +219,7 @@ typedef void (*overcoat_warning)(void *user, const char *message);
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
@@ -261,11 +261,11 @@ typedef struct {
 } overcoat_mesh;
 
 /*
- What a surface is made of. overcoat_material_defaults() fills it.
+ Material of a surface. overcoat_material_defaults() fills it.
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
@@ -301,7 +301,7 @@ typedef struct {
    */
   float emissive[3];
   /*
-   Of alpha_mode 1. Default 0.5.
+   Alpha below which alpha_mode 1 makes holes. Default 0.5.
    */
   float alpha_cutoff;
   /*
@@ -323,7 +323,7 @@ typedef struct {
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
@@ -361,23 +361,23 @@ typedef struct {
 } overcoat_light;
 
 /*
- Where a picture is taken from. overcoat_frame() makes one that shows a whole world.
+ Camera of a picture. overcoat_frame() makes one that shows a whole world.
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
-   Where it is, in metres.
+   Position of the camera, in metres.
    */
   float eye[3];
   /*
-   What is in the middle of the picture.
+   Point in the middle of the picture, in metres.
    */
   float target[3];
   /*
-   Which way is up, of any length but zero.
+   Upward direction, of any length but zero.
    */
   float up[3];
   /*
@@ -395,19 +395,19 @@ typedef struct {
 } overcoat_camera;
 
 /*
- What is asked of a picture.
+ Options of a picture.
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
-   In pixels; 0: that of the settings, or else 512.
+   Width in pixels; 0: that of the settings, or else 512.
    */
   uint32_t width;
   /*
-   Likewise.
+   Height in pixels; 0: that of the settings, or else 512.
    */
   uint32_t height;
   /*
@@ -443,7 +443,7 @@ typedef struct {
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
@@ -469,11 +469,11 @@ typedef struct {
 } overcoat_target;
 
 /*
- What is said of a picture.
+ Report on a picture.
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
@@ -485,7 +485,7 @@ typedef struct {
    */
   uint32_t samples;
   /*
-   Whether overcoat_refine() has no better one.
+   True if overcoat_refine() has no better one.
    */
   bool is_final;
   /*
@@ -503,11 +503,11 @@ typedef struct {
 } overcoat_result;
 
 /*
- What is seen in a pixel.
+ Surface that is seen in a pixel.
  */
 typedef struct {
   /*
-   Of this structure, see OVERCOAT_INIT.
+   Size of this structure in bytes, see OVERCOAT_INIT.
    */
   uint32_t size;
   /*
@@ -531,7 +531,7 @@ typedef struct {
    */
   float depth;
   /*
-   Where that is in the world, in metres.
+   Position of that point in the world, in metres.
    */
   double position[3];
 } overcoat_hit;
@@ -557,8 +557,8 @@ overcoat_status overcoat_new(const overcoat_options *options, overcoat **overcoa
 void overcoat_free(overcoat **overcoat);
 
 /*
- What was wrong with the last call with this overcoat, in a sentence without a line break; empty if nothing was. It stays until the
- next call with it.
+ Error message of the last call with this overcoat, a sentence without a line break; empty if the call succeeded. The
+ text stays until the next call with it.
  */
 const char *overcoat_message(const overcoat *overcoat);
 

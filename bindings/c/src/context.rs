@@ -1,4 +1,4 @@
-//! What everything belongs to.
+//! The context: options, threads, worlds and the message of the last call.
 
 use crate::raw::{self, Sized32};
 use crate::status::{Failure, Status, overcoat_status};
@@ -12,16 +12,16 @@ use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What everything belongs to: threads, worlds, what is in them.
+/// Context of all calls: owns the threads, the worlds, and what is in them.
 #[allow(non_camel_case_types)]
 pub struct overcoat {
     inner: Mutex<Inner>,
-    /// Of the picture that is drawn.
+    /// Cancellation of the picture that is drawn now.
     cancellation: Mutex<Cancellation>,
     message: Mutex<CString>,
 }
 
-/// What one thread uses at a time.
+/// State that one thread uses at a time, behind a lock.
 pub(crate) struct Inner {
     pub viewport: Viewport,
     pub worlds: BTreeMap<u64, World>,
@@ -31,12 +31,12 @@ pub(crate) struct Inner {
     is_broken: bool,
 }
 
-/// What overcoat_new() is told.
+/// Options of overcoat_new().
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_options {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
     /// Worker threads, up to 256; 0: one for each processor. With 1 there are none: all is done by the calling thread.
     pub threads: u32,
@@ -177,8 +177,8 @@ pub unsafe extern "C" fn overcoat_free(overcoat: *mut *mut overcoat) {
     let _ = catch_unwind(AssertUnwindSafe(|| drop(taken)));
 }
 
-/// What was wrong with the last call with this overcoat, in a sentence without a line break; empty if nothing was. It stays until the
-/// next call with it.
+/// Error message of the last call with this overcoat, a sentence without a line break; empty if the call succeeded. The
+/// text stays until the next call with it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn overcoat_message(overcoat: *const overcoat) -> *const c_char {
     // SAFETY: of the caller.

@@ -1,4 +1,4 @@
-//! What is where.
+//! Instances: placement of meshes in a world.
 
 use crate::context::{overcoat, run};
 use crate::raw;

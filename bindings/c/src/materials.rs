@@ -7,12 +7,12 @@ use renderer::scene::{AlphaMode, Light, LightKind, Material, ShadingModel, Workf
 use renderer::world::{LightHandle, MaterialHandle, World};
 use std::ffi::c_char;
 
-/// What a surface is made of. overcoat_material_defaults() fills it.
+/// Material of a surface. overcoat_material_defaults() fills it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_material {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
     /// 0: opaque, 1: holes where alpha is below alpha_cutoff, 2: blended by alpha. Default 0.
     pub alpha_mode: u32,
@@ -30,7 +30,7 @@ pub struct overcoat_material {
     pub coat_roughness: f32,
     /// Emitted light, linear. Default 0.
     pub emissive: [f32; 3],
-    /// Of alpha_mode 1. Default 0.5.
+    /// Alpha below which alpha_mode 1 makes holes. Default 0.5.
     pub alpha_cutoff: f32,
     /// Seen from behind too. Default false.
     pub double_sided: bool,
@@ -160,7 +160,7 @@ pub unsafe extern "C" fn overcoat_remove_material(
     }
 }
 
-/// What a light is like.
+/// Kind of a light, which decides what its position and direction mean, and the unit of its intensity.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
@@ -178,7 +178,7 @@ pub enum overcoat_light_kind {
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_light {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
     /// An overcoat_light_kind. Default OVERCOAT_LIGHT_DIRECTIONAL.
     pub kind: u32,

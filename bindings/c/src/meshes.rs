@@ -12,7 +12,7 @@ use renderer::world::MeshHandle;
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_mesh {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
     /// Bytes from one position to the next: at least 12, a multiple of 4; 0: 12.
     pub position_stride: u32,

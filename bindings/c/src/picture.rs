@@ -12,18 +12,18 @@ use renderer::scene::{Camera, Framing, Projection};
 use renderer::viewport::{Drawn, FrameBudget};
 use std::ffi::c_char;
 
-/// Where a picture is taken from. overcoat_frame() makes one that shows a whole world.
+/// Camera of a picture. overcoat_frame() makes one that shows a whole world.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_camera {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
-    /// Where it is, in metres.
+    /// Position of the camera, in metres.
     pub eye: [f32; 3],
-    /// What is in the middle of the picture.
+    /// Point in the middle of the picture, in metres.
     pub target: [f32; 3],
-    /// Which way is up, of any length but zero.
+    /// Upward direction, of any length but zero.
     pub up: [f32; 3],
     /// Vertical field of view in radians; 0: a parallel projection.
     pub fov_y: f32,
@@ -36,12 +36,12 @@ pub struct overcoat_camera {
 // SAFETY: begins with its size, and zeros are numbers.
 unsafe impl Sized32 for overcoat_camera {}
 
-/// How well a picture is drawn: what blocks light, and how often surfaces are shaded.
+/// Quality of a picture: what blocks light, and how often surfaces are shaded.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
 pub enum overcoat_quality {
-    /// That of the settings, or else fast.
+    /// Quality of the settings, or else fast.
     OVERCOAT_QUALITY_DEFAULT = 0,
     /// Nothing blocks light.
     OVERCOAT_QUALITY_DRAFT = 1,
@@ -49,20 +49,20 @@ pub enum overcoat_quality {
     OVERCOAT_QUALITY_FAST = 2,
     /// Larger maps, rays for light of other surfaces, four shadings a pixel where they show.
     OVERCOAT_QUALITY_GOOD = 3,
-    /// The same with more of each.
+    /// Maps, rays and shadings of good, with more of each.
     OVERCOAT_QUALITY_BEST = 4,
 }
 
-/// What is asked of a picture.
+/// Options of a picture.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_picture {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
-    /// In pixels; 0: that of the settings, or else 512.
+    /// Width in pixels; 0: that of the settings, or else 512.
     pub width: u32,
-    /// Likewise.
+    /// Height in pixels; 0: that of the settings, or else 512.
     pub height: u32,
     /// Coverage samples a pixel, 1, 4, 8 or 16; 0: those of the settings, or else 8.
     pub samples: u32,
@@ -83,7 +83,7 @@ pub struct overcoat_picture {
 // SAFETY: begins with its size, and zeros are numbers, `false` and null pointers.
 unsafe impl Sized32 for overcoat_picture {}
 
-/// How a pixel lies in memory.
+/// Layout of a pixel in memory.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
@@ -109,7 +109,7 @@ pub enum overcoat_pixel_format {
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_target {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
     /// An overcoat_pixel_format.
     pub format: u32,
@@ -126,18 +126,18 @@ pub struct overcoat_target {
 // SAFETY: begins with its size, and zeros are numbers and null pointers.
 unsafe impl Sized32 for overcoat_target {}
 
-/// What is said of a picture.
+/// Report on a picture.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_result {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
     /// The overcoat_quality that it was drawn with.
     pub quality: u32,
     /// Samples a pixel that it was drawn with.
     pub samples: u32,
-    /// Whether overcoat_refine() has no better one.
+    /// True if overcoat_refine() has no better one.
     pub is_final: bool,
     /// Triangles that went in.
     pub triangles: u64,
@@ -150,12 +150,12 @@ pub struct overcoat_result {
 // SAFETY: begins with its size, and zeros are numbers and `false`.
 unsafe impl Sized32 for overcoat_result {}
 
-/// What is seen in a pixel.
+/// Surface that is seen in a pixel.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
 pub struct overcoat_hit {
-    /// Of this structure, see OVERCOAT_INIT.
+    /// Size of this structure in bytes, see OVERCOAT_INIT.
     pub size: u32,
     /// Number of the triangle in the mesh; of meshes with colours by face, of the face.
     pub triangle: u32,
@@ -167,7 +167,7 @@ pub struct overcoat_hit {
     pub barycentric: [f32; 3],
     /// Distance along the view in metres.
     pub depth: f32,
-    /// Where that is in the world, in metres.
+    /// Position of that point in the world, in metres.
     pub position: [f64; 3],
 }
 

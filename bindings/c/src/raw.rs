@@ -94,7 +94,7 @@ pub unsafe fn write<T: Copy>(pointer: *mut T, value: T) {
     }
 }
 
-/// What a pointer that this library has handed out points to.
+/// Shared reference to an object that this library has handed out; `None` if the pointer is null.
 pub unsafe fn shared<'a, T>(pointer: *const T) -> Option<&'a T> {
     // SAFETY: null or handed out by `Box::into_raw` and not taken back.
     unsafe { pointer.as_ref() }

@@ -1,4 +1,4 @@
-//! What functions return, and the sentences to it.
+//! Status codes of all functions, and the sentences that explain them.
 
 use renderer::description::DescriptionError;
 use renderer::limits::LimitExceeded;
@@ -8,7 +8,7 @@ use renderer::render::RenderError;
 use renderer::scene::SceneError;
 use renderer::world::WorldError;
 
-/// What a function returns.
+/// Status that a function returns.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
@@ -17,7 +17,7 @@ pub enum overcoat_status {
     OVERCOAT_OK = 0,
     /// An argument is null, too short, no UTF-8 or no value of its kind.
     OVERCOAT_INVALID_ARGUMENT = 1,
-    /// What a number names has been removed, never was, or is of another world.
+    /// The object of a number has been removed, never existed, or is of another world.
     OVERCOAT_GONE = 2,
     /// Something else needs it.
     OVERCOAT_IN_USE = 3,
@@ -39,7 +39,7 @@ pub enum overcoat_status {
 
 pub use overcoat_status as Status;
 
-/// Why something is not done.
+/// Reason of a failed call: status and message.
 #[derive(Debug)]
 pub struct Failure {
     pub status: Status,

@@ -244,18 +244,18 @@ pub unsafe extern "C" fn overcoat_remove_model(
     unsafe { run(overcoat, |inner, _| Ok(inner.world(world)?.remove_model(ModelHandle::from_bits(model))?)) }
 }
 
-/// Where light from afar comes from.
+/// Source of the environment's light.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
 pub enum overcoat_environment_kind {
     /// The built-in studio.
     OVERCOAT_ENVIRONMENT_STUDIO = 0,
-    /// Nowhere.
+    /// No environment.
     OVERCOAT_ENVIRONMENT_NONE = 1,
     /// A Radiance HDR, OpenEXR, JPEG, PNG or WebP file: an equirectangular picture.
     OVERCOAT_ENVIRONMENT_FILE = 2,
-    /// The same in memory.
+    /// Such a file in memory.
     OVERCOAT_ENVIRONMENT_MEMORY = 3,
 }
 

@@ -99,7 +99,7 @@ struct LightData {
     kind: String,
     #[serde(default)]
     position: [f32; 3],
-    /// Of the light as it travels.
+    /// Direction in which the light travels.
     #[serde(default)]
     direction: [f32; 3],
     color: [f32; 3],
@@ -112,7 +112,7 @@ struct LightData {
     outer_cone_cosine: f32,
 }
 
-/// What an object that is given as JSON says.
+/// An object that is given as JSON, deserialised.
 fn parsed<'a, T: Deserialize<'a>>(what: &str, json: &'a str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|error| Kind::Mesh.error(format_args!("{what}: {error}")))
 }
@@ -350,7 +350,7 @@ impl Parts {
     }
 }
 
-/// How a texture is read, of OpenGL's numbers.
+/// Sampler of a texture, from the numbers of OpenGL that glTF uses.
 fn sampler(data: &TextureData) -> Sampler {
     let wrap = |number| match number {
         33071 => Wrap::ClampToEdge,

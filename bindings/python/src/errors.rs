@@ -85,7 +85,7 @@ pub(crate) fn system(error: &io::Error, path: Option<&Path>, message: &str) -> P
     }
 }
 
-/// Of a model or an environment.
+/// Exception for an error in a model or an environment.
 pub(crate) fn load(error: &LoadError, path: Option<&Path>) -> PyErr {
     let message = about(error, path);
     match error {
@@ -96,7 +96,7 @@ pub(crate) fn load(error: &LoadError, path: Option<&Path>) -> PyErr {
     }
 }
 
-/// Of a description.
+/// Exception for an error in a description.
 pub(crate) fn description(error: &DescriptionError) -> PyErr {
     description_at(error, None, &error.to_string())
 }
@@ -115,7 +115,7 @@ fn description_at(error: &DescriptionError, file: Option<&Path>, message: &str) 
     }
 }
 
-/// Of a material that is given as a dict.
+/// Exception for an error in a material that is given as a dict.
 pub(crate) fn material(error: &MaterialError, message: &str) -> PyErr {
     if error.is_limit() { material_limit(error, message) } else { Kind::Option.error(message) }
 }
@@ -124,7 +124,7 @@ fn material_limit(error: &MaterialError, message: &str) -> PyErr {
     raise("LimitError", (message.to_owned(), error.limit().unwrap_or_default(), None::<u64>, None::<u64>))
 }
 
-/// Of laying a material over a model.
+/// Exception for an error in laying a material over a model.
 pub(crate) fn assign(error: &AssignError) -> PyErr {
     match error {
         AssignError::Limit(exceeded) => limit(exceeded, error),
@@ -132,12 +132,12 @@ pub(crate) fn assign(error: &AssignError) -> PyErr {
     }
 }
 
-/// Of arrays.
+/// Exception for an error in arrays that become part of a scene.
 pub(crate) fn scene(what: &str, error: &SceneError) -> PyErr {
     Kind::Mesh.error(format_args!("{what}: {error}"))
 }
 
-/// Of what is in a scene that changes.
+/// Exception for an error in the contents of a scene that changes.
 pub(crate) fn world(error: &WorldError) -> PyErr {
     match error {
         WorldError::Gone { .. } | WorldError::Foreign { .. } | WorldError::InUse { .. } => {
@@ -148,7 +148,7 @@ pub(crate) fn world(error: &WorldError) -> PyErr {
     }
 }
 
-/// Of a picture.
+/// Exception for an error in rendering a picture.
 pub(crate) fn render(error: &RenderError) -> PyErr {
     match error {
         RenderError::Limit(exceeded) => limit(exceeded, error),
@@ -158,7 +158,7 @@ pub(crate) fn render(error: &RenderError) -> PyErr {
     }
 }
 
-/// Of a file that is written.
+/// Exception for an error in writing a file.
 pub(crate) fn output(error: &OutputError) -> PyErr {
     match error {
         OutputError::Write { path, source } => system(source, Some(path), &error.to_string()),
@@ -167,7 +167,7 @@ pub(crate) fn output(error: &OutputError) -> PyErr {
     }
 }
 
-/// Of a golden.
+/// Exception for an error in comparing with a golden.
 pub(crate) fn golden(error: &GoldenError) -> PyErr {
     match error {
         GoldenError::Differs { .. } | GoldenError::Recorded { .. } | GoldenError::Size { .. } => {

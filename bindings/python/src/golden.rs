@@ -14,13 +14,13 @@ use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 
-/// What a test has drawn.
+/// Picture that a test has drawn.
 #[derive(FromPyObject)]
 pub(crate) enum Actual<'py> {
     Image(PyRef<'py, Image>),
     /// (H, W, 4) bytes.
     Pixels(PyReadonlyArray3<'py, u8>),
-    /// Of a picture file.
+    /// Bytes of a picture file.
     File(PyBackedBytes),
 }
 

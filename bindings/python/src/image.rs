@@ -26,7 +26,7 @@ pub(crate) struct Image {
     warnings: Vec<String>,
     hash: OnceLock<String>,
     shown: OnceLock<DisplayImage>,
-    /// Where the frame's memory goes.
+    /// Pool that takes the frame's memory back.
     pool: Arc<Pool>,
 }
 

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 /// A material with the keys of material files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct InlineMaterial {
-    /// Of the material that it takes the place of; `None` for all.
+    /// Name of the material that it replaces; `None` for all.
     pub(crate) name: Option<String>,
     pub(crate) json: String,
 }

@@ -36,7 +36,7 @@ fn tuple<T: ToString>(shape: &[T]) -> String {
     format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
 }
 
-/// What an array is refused for.
+/// Exception for an array that is refused as `out`.
 fn wrong(reason: std::fmt::Arguments<'_>) -> PyErr {
     Kind::Option.error(format_args!("out: {reason}"))
 }

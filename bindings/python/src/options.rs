@@ -47,7 +47,7 @@ pub(crate) fn write_file(path: PathBuf, bytes: &[u8]) -> PyResult<()> {
     write_atomically(&path, bytes).map_err(|e| errors::output(&e))
 }
 
-/// What one picture is asked for.
+/// Request for one picture.
 pub(crate) struct Request {
     pub(crate) description: Description,
     pub(crate) limits: Limits,
@@ -59,7 +59,7 @@ pub(crate) struct Request {
     pub(crate) orbit: Option<Camera>,
 }
 
-/// What Python gives of it: `description` and each of `materials` are JSON.
+/// Request as Python gives it: `description` and each of `materials` are JSON.
 #[derive(FromPyObject)]
 pub(crate) struct GivenRequest<'py> {
     #[pyo3(item)]
@@ -113,7 +113,7 @@ pub(crate) fn read(json: &str) -> PyResult<Description> {
     })
 }
 
-/// What is loaded, of the options that say so.
+/// Options of loading, from a description as JSON.
 pub(crate) fn loading(json: &str) -> PyResult<LoadOptions> {
     read(json)?.load_options().map_err(|e| errors::description(&e))
 }

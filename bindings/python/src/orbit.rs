@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 #[derive(Clone, Debug)]
 pub(crate) struct Orbit {
     orbit: viewport::Orbit,
-    /// Where the scene's zero is in the coordinates of its file.
+    /// Origin of the scene, in the coordinates of its file.
     origin: [f64; 3],
 }
 

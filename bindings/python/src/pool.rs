@@ -85,7 +85,7 @@ impl Pool {
         }
     }
 
-    /// What is idle in this process.
+    /// Locked list of what is idle in this process. A forked process begins with an empty one.
     fn lock(&self) -> MutexGuard<'_, Idle> {
         let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         if idle.process != std::process::id() {

@@ -25,7 +25,7 @@ pub(crate) struct Prepared {
     pub(crate) warnings: Vec<String>,
 }
 
-/// What scenes that are prepared alike have in common.
+/// Key of a prepared scene: requests with equal keys share it.
 #[derive(Clone, Debug, PartialEq)]
 struct Key {
     model: u64,
@@ -71,7 +71,7 @@ struct Read {
     warnings: Vec<Warning>,
 }
 
-/// What a renderer keeps. Its lock is held only with the interpreter, see [`crate::pool`].
+/// Scenes and environments that a renderer keeps. Its lock is held only with the interpreter, see [`crate::pool`].
 #[derive(Debug, Default)]
 pub(crate) struct Cache(Mutex<Kept>);
 
@@ -128,7 +128,7 @@ impl Cache {
     }
 }
 
-/// What is left to do for a scene.
+/// Work that is left to do for a scene.
 pub(crate) enum Plan {
     Done(Arc<Prepared>),
     Prepare(Box<Preparation>),

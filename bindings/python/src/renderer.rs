@@ -253,7 +253,7 @@ pub(crate) fn format_of(name: &str) -> PyResult<Format> {
     })
 }
 
-/// What was loaded, as an object.
+/// Model object of a loaded file.
 fn model_of(loaded: Loaded) -> Model {
     let warnings = loaded.warnings.into_iter().map(|warning| warning.message).collect();
     Model::new(loaded.scene, warnings)

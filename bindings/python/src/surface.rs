@@ -1,4 +1,4 @@
-//! What a picture lacks of what its user may expect.
+//! Warnings about losses: what a picture lacks of what its user may expect.
 
 use overcoat::Scene;
 use overcoat::frame::{DisplayOptions, Frame};

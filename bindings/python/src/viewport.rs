@@ -38,7 +38,7 @@ struct State {
     viewport: Option<viewport::Viewport>,
     is_drawing: bool,
     settings: Arc<Settings>,
-    /// Of everybody who draws or waits, by numbers that are given out in turn.
+    /// Cancellations of all threads that draw or wait, by numbers that are given out in turn.
     cancellations: Vec<(u64, Cancellation)>,
     next: u64,
 }
@@ -46,7 +46,7 @@ struct State {
 /// Times that a scene is looked at which changes meanwhile.
 const LOOKS: usize = 16;
 
-/// How pictures are drawn.
+/// Settings of the pictures.
 #[derive(Clone, Debug)]
 struct Settings {
     description: Description,
@@ -67,7 +67,7 @@ impl Settings {
         Ok(Self { description, options, display, budget })
     }
 
-    /// Where a scene is seen from.
+    /// Camera of a picture of the scene.
     fn camera(&self, scene: &Scene, camera: &GivenCamera) -> PyResult<Camera> {
         match camera {
             GivenCamera::Exact(camera) => Ok(*camera),
@@ -79,14 +79,14 @@ impl Settings {
     }
 }
 
-/// Where it is seen from, before the scene is known.
+/// Camera as given, before the scene is known.
 enum GivenCamera {
     Exact(Camera),
     Described(overcoat::description::CameraDescription),
 }
 
 impl GivenCamera {
-    /// Of an orbit, or of a description as JSON that has nothing but a camera.
+    /// Camera of an orbit, or of a description as JSON that has nothing but a camera.
     fn new(orbit: Option<PyRef<'_, Orbit>>, json: &str) -> PyResult<Self> {
         Ok(match orbit {
             Some(orbit) => Self::Exact(orbit.camera()),
@@ -273,7 +273,7 @@ impl Viewport {
     }
 }
 
-/// What a picture may take.
+/// Budget of a picture: units of work or seconds. Seconds count if both are given.
 fn budget(work: Option<u64>, seconds: Option<f64>) -> PyResult<Option<FrameBudget>> {
     let Some(seconds) = seconds else { return Ok(work.map(FrameBudget::Work)) };
     let time = Duration::try_from_secs_f64(seconds);

@@ -16,7 +16,7 @@ pub(crate) struct Made {
     before: usize,
 }
 
-/// What is made of nothing known, as of arrays.
+/// Material of surfaces without one, such as arrays: clay, drawn from both sides.
 pub(crate) fn clay() -> Material {
     Material {
         base_color: [0.479, 0.434, 0.392, 1.0],

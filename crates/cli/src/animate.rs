@@ -73,7 +73,7 @@ struct Poses {
     /// Second of the first frame.
     from: f64,
     frames_a_second: f64,
-    /// Of all poses so far.
+    /// Warnings of all poses so far.
     warnings: Vec<Warning>,
 }
 

@@ -49,10 +49,10 @@ pub(super) fn scene() -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// How balls are shown, in pictures of that size.
+/// Scene file of a material ball, for pictures of that size.
 pub(super) fn description(size: [u64; 2]) -> Description {
     let mut description = Description { size: Some(size), ..Description::default() };
-    // What is shown are materials: the ball stands nowhere.
+    // The picture is about the material: the ball stands nowhere.
     description.ground = Some(Ground::None);
     // A little from above, with the poles at the sides.
     description.camera.view = Some(ViewDirection { direction: [0.0, 0.35, 1.0], up: [0.0, 1.0, 0.0] });

@@ -23,7 +23,7 @@ pub(super) struct CameraReport {
 }
 
 impl CameraReport {
-    /// Of a camera in a scene.
+    /// Report on a camera. The scene's origin is added to eye and target.
     pub(super) fn new(camera: &Camera, scene: &Scene) -> Self {
         let &Camera { eye, target, up, projection, near, far, .. } = camera;
         let origin = scene.origin();

@@ -12,10 +12,10 @@ use overcoat_load::Loaded;
 use overcoat_scene::ShadingModel;
 use serde::Serialize;
 
-/// What differences are multiplied by in the picture.
+/// Factor of the differences in the picture.
 const AMPLIFICATION: u16 = 4;
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     width: u32,
@@ -35,13 +35,13 @@ struct Report {
 struct ModelReport {
     model: &'static str,
     frame_hash: String,
-    /// Of 255, over the pixels in which the scene shows, without its shadow on the ground.
+    /// Mean difference, 0 to 255, over the pixels in which the scene shows, without its shadow on the ground.
     mean_difference: f64,
-    /// Of 255.
+    /// Largest difference, 0 to 255.
     max_difference: u8,
 }
 
-/// How two pictures differ.
+/// Difference of two pictures.
 struct Difference {
     image: DisplayImage,
     mean: f64,

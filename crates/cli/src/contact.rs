@@ -32,7 +32,7 @@ pub(super) struct ContactSheet {
     cells: usize,
 }
 
-/// Where things are on the sheet, in pixels.
+/// Layout of the sheet, in pixels.
 struct Layout {
     columns: u32,
     cell: [u32; 2],

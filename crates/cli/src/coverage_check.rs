@@ -13,7 +13,7 @@ const HARDLY: f64 = 1e-3;
 const ENOUGH: f64 = 2e-2;
 
 impl RenderTask {
-    /// What there is to say of how little a picture shows of its model.
+    /// Warning about a picture that shows little of its model.
     ///
     /// # Errors
     /// [`Failure`] if it shows nothing, which is not allowed.
@@ -84,7 +84,7 @@ impl RenderTask {
     }
 }
 
-/// What can be done, with what separates it from other advice.
+/// Advice on options, followed by the comma that separates it from other advice; empty if there is none.
 fn advice(unseen: Unseen) -> &'static str {
     match unseen {
         Unseen::BehindCamera | Unseen::BesidePicture => "--view frames the model, ",

@@ -17,24 +17,24 @@ use overcoat_render::Rendered;
 use overcoat_scene::{Camera, Fit, PrimitiveKind, Scene};
 use serde::Serialize;
 
-/// What differences are multiplied by in the picture.
+/// Factor of the differences in the picture.
 const AMPLIFICATION: u16 = 4;
 /// Width and height of each picture where none are given.
 const DEFAULT_SIDE: [u64; 2] = [512; 2];
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     width: u32,
     height: u32,
     before: SideReport,
     after: SideReport,
-    /// Whether the pictures are equal in every bit of their linear light.
+    /// True if the pictures are equal in every bit of their linear light.
     equal: bool,
     /// Pixels of the pictures for screens that differ, and all of one.
     differing_pixels: u64,
     pixels: u64,
-    /// Of 255.
+    /// Largest difference, 0 to 255.
     max_difference: f64,
     /// Decibels; nothing where the pictures are equal.
     psnr: Option<f64>,

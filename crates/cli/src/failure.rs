@@ -1,4 +1,4 @@
-//! What ends a command early: one line for the user and an exit code for scripts.
+//! Failures of commands: one line for the user and an exit code for scripts.
 
 use overcoat_core::limits::{LimitExceeded, Limits, MEMORY};
 use overcoat_description::DescriptionError;
@@ -10,7 +10,7 @@ use overcoat_scene::SceneError;
 use std::fmt;
 use std::path::Path;
 
-/// What is said where memory cannot be had.
+/// Message about a lack of memory.
 const NOT_ENOUGH_MEMORY: &str = "the system does not give enough memory";
 
 /// Why a command ends without its result.

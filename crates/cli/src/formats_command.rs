@@ -10,7 +10,7 @@ use overcoat_load::{ENVIRONMENT_FORMATS, Format, TEXTURE_FORMATS};
 use serde::Serialize;
 use std::fmt::Write;
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     read: Read,
@@ -42,7 +42,7 @@ struct Entry {
     mime_type: &'static str,
 }
 
-/// What the loaders and encoders say that they take.
+/// The formats that the loaders and encoders say they support.
 fn report() -> Report {
     let entry = |FileFormat { name, extensions, mime_type }| Entry { name, extensions, mime_type };
     Report {

@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Contents {
     file: String,
@@ -53,7 +53,7 @@ struct Contents {
 #[derive(Debug, Serialize)]
 struct SplatCloudInfo {
     splats: usize,
-    /// Of the spherical harmonics.
+    /// Degree of the spherical harmonics.
     degree: u8,
     color_space: &'static str,
 }
@@ -81,7 +81,7 @@ struct MaterialInfo {
 
 #[derive(Debug, Serialize)]
 struct Map {
-    /// What its key in material files is called, without `_texture`.
+    /// Name of its key in material files, without `_texture`.
     map: String,
     texture: usize,
 }
@@ -129,7 +129,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let jobs = Jobs::new(args.workers.count());
     reporter.threads(&jobs);
     let mut source = input::source(&args.input_options, &args.input)?;
-    // Whether a file is sound is found out by reading all of it.
+    // Only a file that is read completely is known to be sound.
     source.options.textures = TextureLoading::Whole;
     let model = input::open_animated(&source, &limits, &jobs)?;
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;
@@ -150,7 +150,8 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     }
 }
 
-/// What `--json` prints of a model in memory, whose name says what its content does not.
+/// Report of `--json` on a model in memory. `name` is that of its file, which tells the format where the content does
+/// not.
 ///
 /// # Errors
 /// [`Failure`] if it cannot be loaded.

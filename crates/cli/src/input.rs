@@ -12,14 +12,14 @@ use overcoat_load::{
 };
 use std::path::{Path, PathBuf};
 
-/// Where a model comes from.
+/// Source of a model.
 #[derive(Clone, Debug)]
 pub struct ModelSource {
     /// A file; `-` stands for standard input.
     pub path: PathBuf,
     /// Its format; found by content and name if absent.
     pub format: Option<Format>,
-    /// What of it is loaded.
+    /// Choices among the contents of the file.
     pub options: LoadOptions,
 }
 
@@ -28,7 +28,7 @@ pub struct ModelSource {
 /// # Errors
 /// [`Failure`] if they name an unknown format.
 pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
-    // What is wrong with textures is told once they are drawn.
+    // Faults of textures are reported once they are drawn.
     let textures = TextureLoading::ByNeed;
     let options =
         LoadOptions::default().with_variant(args.variant.clone()).with_up(args.up()).with_textures(textures);
@@ -73,7 +73,7 @@ pub fn load_with_format(
     let about = |failure: Failure| failure.at(&source.path);
     if is_standard_input(&source.path) {
         let bytes = read_standard_input(limits).map_err(|e| about(e.into()))?;
-        // What comes through a pipe has no folder, so it may not refer to files.
+        // A model from a pipe has no folder, so it may not refer to files.
         let context = Context { resolver: &NoResolver, limits, jobs };
         return load_bytes_with_format(&bytes, source.format, &source.options, &context)
             .map_err(|e| about(Failure::load(&e)));

@@ -1,4 +1,4 @@
-//! What a picture lacks of what its user may expect: found out once it is drawn.
+//! Losses: what a picture lacks of what its user may expect, found out once it is drawn.
 
 use overcoat_core::color::ToneCurve;
 use overcoat_core::frame::Clipping;
@@ -7,7 +7,7 @@ use overcoat_load::Warning;
 use overcoat_render::RenderStats;
 use overcoat_scene::{EnvironmentSource, Scene, ShadingModel};
 
-/// What pictures have found to be wrong with textures that are decoded when they are read, beyond what is `known`.
+/// Warnings about textures that are decoded when they are read: faults that pictures have met, beyond those in `known`.
 pub(super) fn texture_losses(scene: &Scene, known: &[Warning]) -> Vec<Warning> {
     let mut losses: Vec<Warning> = scene.texture_losses().into_iter().map(Warning::new).collect();
     losses.retain(|loss| !known.contains(loss));
@@ -40,7 +40,7 @@ pub fn reduced_light(stats: &RenderStats) -> Option<Warning> {
     Some(Warning::new(format!("{reduced}; --limit {}=N raises the limit", reduced.limit.field)))
 }
 
-/// What materials have and the formulas that shade them do not know: one line for each model.
+/// Parameters of materials that their shading models do not have: one warning for each model.
 pub fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<Item = Warning> {
     ShadingModel::ALL.iter().copied().filter_map(move |model| {
         let mut names: Vec<&str> = Vec::new();

@@ -15,7 +15,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     materials: Vec<Entry>,
@@ -28,11 +28,11 @@ struct Entry {
     name: &'static str,
     model: Option<&'static str>,
     description: String,
-    /// Of the picture, where a sheet is made.
+    /// Hash of the picture, where a sheet is made.
     frame_hash: Option<String>,
 }
 
-/// What `--keys --json` prints. Fields are only ever added.
+/// Report of `--keys --json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct KeyReport {
     keys: Vec<KeyEntry>,

@@ -1,4 +1,4 @@
-//! What commands that make moving pictures have in common: frame after frame, then what is left is written.
+//! Common work of the commands that make moving pictures: frame after frame, then what is left is written.
 
 use super::args::MovieArgs;
 use super::camera_report::CameraReport;
@@ -25,16 +25,16 @@ pub(super) struct MovieFrames {
     movie: MovieWriter,
     frames: u32,
     frames_a_second: f64,
-    /// What the first frame lacks.
+    /// Warnings of the first frame.
     warnings: Vec<Warning>,
-    /// What the first frame has to say of how little it shows, as long as no other shows more.
+    /// Warning about how little the first frame shows, as long as no other shows more.
     coverage: Option<Result<Warning, Failure>>,
-    /// What some frame so far cannot show.
+    /// Warning about a tint that some frame so far cannot show.
     tint: Option<Warning>,
     shading: &'static str,
     /// Axis of the model file that is up.
     up_axis: &'static str,
-    /// Of the first frame.
+    /// Camera of the first frame.
     camera: Option<CameraReport>,
 }
 
@@ -68,7 +68,7 @@ impl MovieFrames {
         })
     }
 
-    /// What the frames show.
+    /// Task that the frames belong to.
     pub(super) fn task(&self) -> &RenderTask {
         &self.task
     }
@@ -96,7 +96,7 @@ impl MovieFrames {
             self.task.render_picture(&self.task.source, renderer, scene, camera, for_screen)?;
         if k == 0 {
             self.warnings.extend(clipped(scene, &self.task.display_of(scene), clipping));
-            // What the first frame is metered at holds for all.
+            // The exposure metered in the first frame holds for all.
             self.task.display = self.task.display.clone().with_exposure(exposure).with_meter(false);
             self.up_axis = scene.orientation().up.name();
             self.camera = Some(CameraReport::new(camera, scene));

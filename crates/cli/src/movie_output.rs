@@ -1,5 +1,5 @@
-//! Where moving pictures go: one file, written after all work, or a picture each frame, written as it is made. Checked
-//! before any work.
+//! Outputs of moving pictures: one file, written after all work, or a picture each frame, written as it is made.
+//! Checked before any work.
 
 use super::args::EncodingArgs;
 use super::failure::Failure;
@@ -24,9 +24,9 @@ pub(super) struct MovieOutput {
     path: PathBuf,
     /// `None`: numbered pictures.
     format: Option<MovieFormat>,
-    /// Of numbered pictures.
+    /// Format of numbered pictures.
     picture: OutputFormat,
-    /// Of JPEG.
+    /// JPEG quality.
     quality: u8,
 }
 

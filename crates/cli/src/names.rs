@@ -23,7 +23,7 @@ pub(super) fn numbered(name: &OsStr, number: usize) -> OsString {
     from_bytes([before, format!("{number:0digits$}").as_bytes(), &rest[digits..]].concat())
 }
 
-/// What is before and after the last `=`, if there is one.
+/// The text before and behind the last `=`; `None` without one.
 pub(super) fn around_last_equals(text: &OsStr) -> Option<(OsString, OsString)> {
     let bytes = text.as_encoded_bytes();
     let at = bytes.iter().rposition(|&b| b == b'=')?;

@@ -1,4 +1,4 @@
-//! Where a picture goes: checked before any work, written after all of it.
+//! Output file of a picture: checked before any work, written after all of it.
 
 use super::args::PictureEncodingArgs;
 use super::default_output;
@@ -21,7 +21,7 @@ use xxhash_rust::xxh3::Xxh3;
 pub struct OutputFile {
     path: PathBuf,
     format: PictureFormat,
-    /// Of JPEG.
+    /// JPEG quality.
     quality: u8,
     /// Planes that go to files of their own.
     planes: Vec<(Aov, PathBuf)>,

@@ -1,4 +1,4 @@
-//! What `overcoat render` writes: a file, or what a terminal shows.
+//! Output formats of `overcoat render`: of files, and of what a terminal shows.
 
 use overcoat_image::output::{OutputFormat, TerminalFormat};
 use std::fmt;
@@ -6,9 +6,9 @@ use std::fmt;
 /// A format of one picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureFormat {
-    /// Of files.
+    /// Format of a file.
     File(OutputFormat),
-    /// Of terminals.
+    /// Format that a terminal shows.
     Terminal(TerminalFormat),
 }
 

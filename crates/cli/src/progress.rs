@@ -15,11 +15,11 @@ pub struct Progress {
     watcher: Option<(Sender<Stage>, JoinHandle<()>)>,
 }
 
-/// What is being done.
+/// Stage of the work, as it is shown.
 #[derive(Debug, Default)]
 struct Stage {
     message: String,
-    /// How many parts are done, and of how many, if that is known.
+    /// Number of parts that are done, and of all parts, if that is known.
     part: Option<(u32, u32)>,
 }
 

@@ -97,7 +97,7 @@ pub(super) fn carry_out(
     let loaded = task.load(renderer.jobs(), &mut stages);
     let why = match &loaded {
         Ok(loaded) if has_nothing(&loaded.scene) => Some("there is no model in it".to_owned()),
-        // What is too much for the limits could be drawn with others.
+        // A model beyond the limits could be drawn with others.
         Err(failure) if failure.exit_code() == 1 => Some(failure.to_string()),
         _ => None,
     };
@@ -133,7 +133,7 @@ pub(super) fn carry_out(
         }
     }
 
-    // What was metered holds: nobody asks again.
+    // The metered exposure holds: nobody asks again.
     let display = display.with_exposure(exposure).with_meter(false);
 
     task.progress.stage("encoding");

@@ -1,4 +1,4 @@
-//! What there is to tell of one picture, as `--json` prints it.
+//! Report on one picture, as `--json` prints it.
 
 use super::camera_report::CameraReport;
 use super::picture_format::PictureFormat;
@@ -58,7 +58,7 @@ impl Serialize for StageHashesReport {
     }
 }
 
-/// What a picture was made of and became.
+/// Facts of a picture that its report is made from.
 pub(super) struct Told<'a> {
     pub(super) task: &'a RenderTask,
     pub(super) scene: &'a Scene,
@@ -66,7 +66,7 @@ pub(super) struct Told<'a> {
     pub(super) stats: &'a RenderStats,
     pub(super) format: PictureFormat,
     pub(super) frame_hash: String,
-    /// Of the file's bytes.
+    /// XXH3-128 of the file's bytes.
     pub(super) encoded: u128,
     /// Stops.
     pub(super) exposure: f32,

@@ -1,4 +1,4 @@
-//! What commands that draw models have in common: from their options to scenes that are ready for the renderer.
+//! Common work of the commands that draw models: from their options to scenes that are ready for the renderer.
 
 use super::args::DrawArgs;
 use super::embedded::Embedded;
@@ -76,14 +76,14 @@ pub(super) struct RenderedPicture {
 pub(super) struct RenderTask {
     pub(super) reporter: Reporter,
     pub(super) progress: Progress,
-    /// Whether a report goes to standard output.
+    /// True if a report goes to standard output.
     pub(super) json: bool,
-    /// Whether a picture may show nothing.
+    /// True if a picture may show nothing.
     pub(super) allow_empty: bool,
     /// When the picture of the file itself is shown.
     pub(super) embedded: Embedded,
     pub(super) limits: Limits,
-    /// What the picture shows.
+    /// Description of the picture.
     pub(super) description: Description,
     /// The first model.
     pub(super) source: ModelSource,
@@ -194,7 +194,7 @@ impl RenderTask {
         std::iter::once(&self.source).chain(&self.more)
     }
 
-    /// What is the same for all models.
+    /// Materials and environment, which are the same for all models.
     ///
     /// # Errors
     /// [`Failure`] naming the file and the reason.
@@ -292,7 +292,7 @@ impl RenderTask {
         Ok(RenderedPicture { pixels: Pixels::Image(image), tinted, clipping, exposure, stats })
     }
 
-    /// How much of a frame lights make white or black on a screen: nothing where there are none.
+    /// Counts of a frame's pixels that are white or black on a screen; zero where the scene has no lights.
     pub(super) fn clipping(&self, scene: &Scene, frame: &Frame) -> Clipping {
         if scene.lights().is_empty() {
             return Clipping::default();

@@ -1,4 +1,4 @@
-//! What the commands print beside the picture: warnings, JSON, times and memory.
+//! Reports of the commands beside the picture: warnings, JSON, times and memory.
 
 use super::camera_report::CameraReport;
 use super::failure::{Failure, one_line};
@@ -134,7 +134,7 @@ pub fn milliseconds(time: Duration) -> f64 {
     (time.as_secs_f64() * 1e6).round() / 1e3
 }
 
-/// Where the system says how much memory this process has, opened before a sandbox closes the way to it.
+/// File in which the system says how much memory this process has, opened before a sandbox closes the way to it.
 static STATUS: OnceLock<File> = OnceLock::new();
 
 /// Keeps open what [`peak_rss_bytes`] reads.
@@ -161,7 +161,7 @@ pub fn peak_rss_bytes() -> Option<u64> {
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// What shades a scene: the name of the model, or `by material` where materials name their own.
+/// Name of the shading model of a scene, or `by material` where materials name their own.
 #[must_use]
 pub fn shading_name(chosen: Option<ShadingModel>, scene: &Scene) -> &'static str {
     match chosen {
@@ -171,7 +171,7 @@ pub fn shading_name(chosen: Option<ShadingModel>, scene: &Scene) -> &'static str
     }
 }
 
-/// What a picture was worth: the numbers that were used.
+/// Settings of visibility that were used.
 #[derive(Debug, Serialize)]
 pub(super) struct VisibilityReport {
     maps: u32,
@@ -185,7 +185,7 @@ impl VisibilityReport {
     }
 }
 
-/// What `--json` prints of a moving picture. Fields are only ever added.
+/// Report of `--json` on a moving picture. Fields are only ever added.
 #[derive(Debug, Serialize)]
 pub(super) struct MovieReport {
     pub(super) frames: u32,
@@ -207,7 +207,7 @@ pub(super) struct MovieReport {
     pub(super) exposure: f32,
     /// Axis of the model file that is up.
     pub(super) up_axis: &'static str,
-    /// Of the first frame.
+    /// Camera of the first frame.
     pub(super) camera: Option<CameraReport>,
     pub(super) peak_rss_bytes: Option<u64>,
     pub(super) warnings: Vec<String>,

@@ -25,7 +25,7 @@ pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
         reads(command, Description::default(), &mut grants);
         return overcoat_sandbox::enter(&grants).map(drop).map_err(|e| failure(&e));
     };
-    // What a scene file names is known once it has been read, and it may name any file. So while it is read, every file
+    // Names in a scene file are known once it has been read, and it may name any file. So while it is read, every file
     // can be read, and no more; then only what it names.
     let everything = Grants { read_folders: vec![PathBuf::from("/")], ..grants.clone() };
     let confined = overcoat_sandbox::enter(&everything).map_err(|e| failure(&e))?;
@@ -52,7 +52,7 @@ fn failure(error: &SandboxError) -> Failure {
     Failure::failed(error)
 }
 
-/// What a command that reads models was told of files.
+/// Files that a command that reads models was given.
 struct Files<'a> {
     draw: Option<&'a DrawArgs>,
     models: &'a [PathBuf],
@@ -141,7 +141,7 @@ fn writes(command: &Command) -> Grants {
     let mut write = |path: &Path| {
         if !is_standard_stream(path) {
             grants.write(path);
-            // What a link leads to may not be there yet.
+            // The target of a link may not exist yet.
             grants.write(&destination(path).unwrap_or_else(|_| path.to_owned()));
         }
     };
@@ -191,7 +191,7 @@ fn reads(command: &Command, mut description: Description, grants: &mut Grants) {
         }
         Command::Golden(args) => read_pictures(args, grants),
         Command::Attempt(args) => grants.read_folders.extend(args.input.clone()),
-        // Whether it is empty.
+        // To find out whether the folder is empty.
         Command::Conformance(args) => grants.read_folders.push(args.folder.clone()),
         Command::Translate(args) => {
             args.inputs().for_each(|path| read_model(path, grants));

@@ -15,14 +15,14 @@ use overcoat_scene::{PrimitiveKind, Scene};
 use serde::Serialize;
 use std::path::Path;
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     width: u32,
     height: u32,
     cells: Vec<CellReport>,
     peak_rss_bytes: Option<u64>,
-    /// What is about no cell in particular.
+    /// Warnings that belong to no cell in particular.
     warnings: Vec<String>,
     versions: Versions,
 }
@@ -135,7 +135,7 @@ fn render_cell(
     Ok((DisplayImage::new(&rendered.frame, &display), what))
 }
 
-/// What a model is made of: "1,234 triangles", or points, lines or splats if there is nothing else.
+/// Contents of a model in words: "1,234 triangles", or points, lines or splats if there is nothing else.
 fn content(scene: &Scene, stats: &RenderStats) -> String {
     let counts = [
         (scene.count_of(PrimitiveKind::Triangles), "triangles"),
@@ -147,7 +147,7 @@ fn content(scene: &Scene, stats: &RenderStats) -> String {
     format!("{} {what}", with_separators(count))
 }
 
-/// What a cell is called: the name of the file without its folder.
+/// Label of a cell: the name of the file without its folder.
 fn label(path: &Path) -> String {
     if is_standard_stream(path) {
         return file_name(path);

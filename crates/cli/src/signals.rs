@@ -1,6 +1,6 @@
 //! Signals by which the system would end the process without a word.
 
-/// What the process ends with where memory cannot be had: as by a limit, which this is one of.
+/// Exit code of a lack of memory: that of a limit, which this is one of.
 #[cfg(unix)]
 const NO_MEMORY: i32 = 3;
 
@@ -14,7 +14,7 @@ pub(super) fn listen() {
         use signal_hook::flag::{register, register_conditional_shutdown};
         use std::sync::Arc;
         use std::sync::atomic::AtomicBool;
-        // Where the system refuses, it stays as it would be.
+        // If the system refuses, it stays as it would be.
         let _ = register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
         let _ = register_conditional_shutdown(SIGABRT, NO_MEMORY, Arc::new(AtomicBool::new(true)));
     }

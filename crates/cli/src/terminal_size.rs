@@ -1,4 +1,4 @@
-//! How large a picture is that fits the terminal it is written to.
+//! Size of a picture that fits the terminal it is written to.
 
 use overcoat_image::output::TerminalFormat;
 

@@ -16,10 +16,10 @@ use std::time::Instant;
 /// that the process may have.
 const MOST_THREADS: usize = 4;
 
-/// What has to be settled before rights are given up: afterwards no limit can be set, and nobody says how many processors
-/// there are.
+/// Limits memory and settles the number of threads, before rights are given up: afterwards no limit can be set, and
+/// nobody says how many processors there are.
 pub(super) fn prepare(args: &mut ThumbnailArgs) {
-    // Where the system refuses, it stays as it would be.
+    // If the system refuses, the bound stays as it was.
     let _ = bound_memory(args.memory);
     if args.workers.threads == 0 {
         let processors = std::thread::available_parallelism();

@@ -1,8 +1,8 @@
-//! What one thumbnail may cost: a file manager asks for hundreds, of files that nobody has opened yet.
+//! Limits of one thumbnail: a file manager asks for hundreds, of files that nobody has opened yet.
 
 use crate::args::LimitArgs;
 
-/// What `--memory` is, as it is written on a command line.
+/// Default of `--memory`, as it is written on a command line.
 pub const MEMORY_DEFAULT: &str = "512Mi";
 
 /// The limits that are smaller than those of other commands.
@@ -35,7 +35,7 @@ pub fn spelled((name, value): (&str, u64)) -> String {
     }
 }
 
-/// What `--help` says of them.
+/// Text of `--help` about the limits.
 pub(super) fn explained() -> String {
     let limits: Vec<String> = THUMBNAIL_LIMITS.into_iter().map(spelled).collect();
     format!(

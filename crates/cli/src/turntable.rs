@@ -54,11 +54,11 @@ pub struct Turning {
     frames: u32,
     turn: Turn,
     center: [f64; 3],
-    /// Of the first picture.
+    /// Camera of the first picture.
     camera: Camera,
     environment: Environment,
     lights: Vec<Light>,
-    /// How many of them are the model's.
+    /// Number of the lights that are the model's.
     own_lights: usize,
 }
 
@@ -75,7 +75,7 @@ impl Turning {
         turn: Turn,
     ) -> Result<Self, DescriptionError> {
         let lights = scene.lights().to_vec();
-        // Those of the scene file come after those of the model.
+        // Lights of the scene file come after those of the model.
         let own_lights = lights.len() - description.lights_to_add.len();
         let bounds = scene.shown_bounds();
         let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
@@ -110,7 +110,7 @@ impl Turning {
         let angle = TAU * f64::from(k) / f64::from(self.frames);
         match self.turn {
             Turn::Camera => Ok(orbit(&self.camera, self.center, angle)),
-            // What stays while the model turns goes around it the other way.
+            // All that stays while the model turns goes around it the other way.
             Turn::Model => {
                 turn_light(scene, &self.environment, &self.lights, self.own_lights, self.center, -angle)?;
                 Ok(orbit(&self.camera, self.center, -angle))

@@ -13,7 +13,7 @@ pub struct AnimationInfo {
     pub name: String,
     /// Seconds to the last key frame, if the file tells.
     pub length: Option<f64>,
-    /// How many properties it changes.
+    /// Number of properties that it animates.
     pub channels: usize,
 }
 

@@ -26,7 +26,7 @@ const MOST_RATIO: u64 = 1032;
 const LARGE_RATIO: u64 = 256;
 const LARGE: u64 = 16 << 20;
 
-/// What the directory says of a part.
+/// A part as the archive's central directory describes it.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     encrypted: bool,

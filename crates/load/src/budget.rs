@@ -1,4 +1,4 @@
-//! How much memory a file has been granted so far.
+//! Budget of memory: bytes granted to a file so far, held against its limit.
 use overcoat_core::limits::{LimitExceeded, Limits};
 
 /// From so many bytes on the system is asked whether it has them.
@@ -16,7 +16,7 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// Nothing used yet.
+    /// Budget of which nothing is used yet.
     pub(crate) fn new(limits: &Limits) -> Self {
         Self { used: 0, limit: limits.decoded_bytes, pixels: 0, pixel_limit: limits.total_texture_pixels }
     }

@@ -20,7 +20,7 @@ pub(super) fn clay() -> Material {
     }
 }
 
-/// The same where vertices have colours, which multiply the base colour.
+/// Clay in white, where vertices have colours, which multiply the base colour.
 pub(super) fn white_clay() -> Material {
     Material { base_color: [1.0; 4], ..clay() }
 }

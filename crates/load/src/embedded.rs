@@ -198,7 +198,7 @@ impl EmbeddedPicture {
         let mut pixels = Vec::new();
         for y in 0..height {
             let rows = source(y, 1, from_height);
-            // What a whole pixel covers of the source.
+            // Area of the source, in its pixels, that a whole pixel covers.
             let whole = 1.0 / (scale * scale);
             pixels.extend(columns.iter().map(|&columns| self.mean(columns, rows, whole)));
         }
@@ -262,7 +262,7 @@ mod tests {
         ];
         let picture = found(&zip(&parts, true)).unwrap();
         assert_eq!((picture.place.as_str(), &picture.image), ("part 'metadata/plate_1.png'", &red));
-        // What is damaged is passed over, and textures are no pictures of the whole.
+        // Damaged pictures are skipped, and textures are no pictures of the whole model.
         let parts = [("Metadata/thumbnail.png", &red_png[..20]), parts[2]];
         assert_eq!(found(&zip(&parts, false)).unwrap().image, blue);
         assert!(found(&zip(&[("3D/Textures/a.png", &blue_png)], true)).is_none());

@@ -1,4 +1,4 @@
-//! What can go wrong, and what goes missing, when a file is loaded.
+//! Errors and warnings of loading a file.
 use overcoat_core::files::ReadError;
 use overcoat_core::limits::LimitExceeded;
 use overcoat_image::decode::{DecodeError, one_line};
@@ -25,7 +25,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Why a file does not become a scene. The message names the element; who opened the file puts its name before it.
+/// Error of loading a file. The message names the element; callers that opened the file put its name before it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {
@@ -60,12 +60,12 @@ pub enum LoadError {
     /// It does not have what [`LoadOptions`](super::LoadOptions) choose.
     #[error("{0}")]
     NoSuch(String),
-    /// What it describes cannot be part of a scene.
+    /// The scene refuses an element of the file.
     #[error("{element}: {source}")]
     Scene {
         /// The element of the file.
         element: String,
-        /// What is wrong with it.
+        /// The reason of the refusal.
         source: SceneError,
     },
 }
@@ -105,7 +105,7 @@ impl LoadError {
     pub(super) fn is_partial(&self) -> bool {
         !matches!(self, Self::Limit(_) | Self::Resolve(super::ResolveError::TooLarge { .. }))
     }
-    /// What is wrong, without the format.
+    /// The reason without the name of the format.
     pub(super) fn reason(&self) -> String {
         match self {
             Self::Malformed { message, .. } | Self::Unsupported { message, .. } => message.clone(),

@@ -1,9 +1,9 @@
-//! What a file is that is none of the formats read here: for messages.
+//! Recognises files that are in none of the formats read here, so that error messages can name them.
 use super::archive;
 use std::borrow::Cow;
 
-/// How files of other formats begin, and what to call them: common formats of models first, then what models are
-/// packed in or confused with.
+/// First bytes of files in other formats, and the name for messages: common model formats first, then containers and
+/// files that are mistaken for models.
 const BEGINNINGS: [(&[u8], &str); 48] = [
     (b"BLENDER", "a Blender file"),
     (b"Kaydara FBX Binary", "an FBX file"),
@@ -67,10 +67,10 @@ const ROOTS: [(&[u8], &str); 8] = [
     (b"<model", "the model part of a 3MF file without the archive around it"),
 ];
 
-/// How much of a file is looked at.
+/// Number of bytes at the beginning of a file that are searched for signatures.
 const HEAD: usize = 4096;
 
-/// What a file is, as it is said in "it is ...", if it is something well known.
+/// Name of a well-known format, as it follows "it is ..."; `None` if the bytes are not recognised.
 pub(super) fn what_it_is(bytes: &[u8]) -> Option<Cow<'static, str>> {
     if bytes.starts_with(archive::MAGIC) || bytes.starts_with(b"PK\x05\x06") {
         return Some(packed(bytes));
@@ -78,7 +78,7 @@ pub(super) fn what_it_is(bytes: &[u8]) -> Option<Cow<'static, str>> {
     well_known(bytes).map(Cow::Borrowed)
 }
 
-/// What a file is that is no archive.
+/// Name of the format of a file that is not a ZIP archive.
 fn well_known(bytes: &[u8]) -> Option<&'static str> {
     let head = bytes.get(..HEAD).unwrap_or(bytes);
     if let Some((_, what)) = BEGINNINGS.iter().find(|(beginning, _)| head.starts_with(beginning)) {
@@ -116,7 +116,7 @@ fn well_known(bytes: &[u8]) -> Option<&'static str> {
     None
 }
 
-/// What an archive holds.
+/// Format of the contents of a ZIP archive, told by the names of its parts.
 fn packed(bytes: &[u8]) -> Cow<'static, str> {
     let names = archive::names(bytes, 4096);
     let ends = |end: &str| names.iter().any(|name| name.ends_with(end));

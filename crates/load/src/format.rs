@@ -58,9 +58,9 @@ impl Format {
         self.file_format().extensions.first().copied().unwrap_or_default()
     }
 
-    /// Which axis of its files is up, and whether it says so of their front: glTF is +Y up and faces +Z by its
-    /// specification (avatars of VRM 0 face -Z, as their files say); 3MF is +Z up by its own, and STL by the custom of printing; slicers show both from -Y. OBJ and PLY say
-    /// nothing: most are +Y up.
+    /// Axis of its files that is up, and knowledge of their front: glTF is +Y up and faces +Z by its specification
+    /// (avatars of VRM 0 face -Z, as their files say); 3MF is +Z up by its own, and STL by the custom of printing;
+    /// slicers show both from -Y. OBJ and PLY say nothing: most are +Y up.
     #[must_use]
     pub fn orientation(self) -> Orientation {
         match self {

@@ -5,7 +5,7 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(super) struct Grouped {
     members: Vec<u32>,
-    /// Where each group begins in `members`, and where the last one ends.
+    /// Start of each group in `members`, followed by the end of the last one.
     starts: Vec<u32>,
 }
 

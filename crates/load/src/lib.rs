@@ -111,7 +111,7 @@ use std::path::Path;
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
-    /// What the file asks for and the scene does not have, in the order of finding.
+    /// Features of the file that the scene lacks, in the order of finding.
     pub warnings: Vec<Warning>,
     /// The axis that is up by what the file says; `None`: the one of its format.
     up: Option<Axis>,
@@ -124,7 +124,7 @@ impl From<Scene> for Loaded {
     }
 }
 
-/// What every loader works with.
+/// Resources of every loader.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
     /// The only way to other files.
@@ -209,7 +209,7 @@ pub fn load_file_with_format(
     Ok((model.finish(options, jobs)?, format))
 }
 
-/// What reading a file gives.
+/// A file as read.
 enum Model {
     /// A scene that never changes.
     Still(Box<Loaded>),
@@ -262,7 +262,7 @@ fn read_path(
     read_bytes(&bytes, Claim { said: None, named }, options, purpose, &context)
 }
 
-/// What is said of a file's format.
+/// Format that a file claims to have.
 #[derive(Clone, Copy, Default)]
 struct Claim {
     /// By who gives it.
@@ -375,7 +375,7 @@ fn read_unpacked(
     {
         return Ok(found);
     }
-    // What somebody says of a file, or its name, counts for less than what it begins with.
+    // Contents known to be of another format are refused, whatever the caller or the name of the file says.
     if detected.is_none()
         && let Some(what) = foreign::what_it_is(bytes)
     {

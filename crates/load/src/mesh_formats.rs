@@ -1,4 +1,4 @@
-//! What the formats of meshes (OBJ, STL, PLY, 3MF) have in common: default materials, meshes within the limits, pictures by
+//! Common parts of the mesh formats (OBJ, STL, PLY, 3MF): default materials, meshes within the limits, pictures by
 //! name.
 use super::budget::Budget;
 use super::clay::clay;
@@ -16,13 +16,13 @@ use overcoat_scene::{
 /// neighbours differ by 32, are round.
 pub(super) const CREASE_ANGLE: f32 = 40.0;
 
-/// What a surface without a material is made of: clay, drawn from both sides, since the winding of such files cannot be
-/// trusted.
+/// Material of surfaces without one: clay, drawn from both sides, since the winding of such files cannot be trusted.
 pub(super) fn default_material() -> Material {
     Material { name: "default".to_owned(), double_sided: true, ..clay() }
 }
 
-/// What a surface is made of of which the file tells a colour and nothing else: a satin dielectric, likewise.
+/// Material of surfaces of which the file gives only a base colour (linear, with alpha): a satin dielectric, drawn from
+/// both sides as well.
 pub(super) fn material_of(base_color: [f32; 4]) -> Material {
     Material {
         name: "default".to_owned(),

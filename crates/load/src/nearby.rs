@@ -18,7 +18,7 @@ pub(super) struct Found {
     /// Its name relative to the model, with `/` between the parts.
     pub(super) name: String,
     pub(super) bytes: Vec<u8>,
-    /// What is to be said of how it was found: one line.
+    /// Warning that it was found at another place than named: one line.
     pub(super) note: Option<String>,
 }
 
@@ -80,7 +80,7 @@ pub(super) fn folder_of(name: &str) -> &str {
     name.rsplit_once('/').map_or("", |(folder, _)| folder)
 }
 
-/// Where the file of a name may be, best first.
+/// Candidate paths of a file, best first.
 fn places(folder: &str, name: &str) -> Vec<String> {
     let portable = name.trim().trim_matches(['"', '\'']).replace('\\', "/");
     let portable = portable.strip_prefix("./").unwrap_or(&portable);
@@ -96,7 +96,7 @@ fn places(folder: &str, name: &str) -> Vec<String> {
             }
         }
     };
-    // Of drives, servers and the root the resolver takes the end only.
+    // The resolver takes only the end of paths with drives, servers or a root.
     let absolute = portable.starts_with('/') || portable.contains(':');
     add(portable);
     let parts: Vec<&str> = portable.split('/').filter(|part| !part.is_empty() && *part != ".").collect();

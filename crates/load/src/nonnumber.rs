@@ -1,5 +1,5 @@
-//! What programs print that is no number as everybody reads it: values that are no numbers, beside `nan` and `inf`, and numbers
-//! with the decimal comma of another country, a comma behind them, or Fortran's exponent.
+//! Numbers that are not written as usual: not-a-number values beside `nan` and `inf`, and numbers with the decimal
+//! comma of another country, a comma behind them, or Fortran's exponent.
 
 /// The value of `1,5`, `1.5,` or `1.5D+02`; `None` for everything else.
 #[cold]

@@ -121,7 +121,7 @@ fn runs(whole: Range<usize>, size: usize) -> impl Iterator<Item = Range<usize>> 
 /// The normals of the corners of some classes.
 #[derive(Default)]
 struct Normals {
-    /// Of each class the normal of all its corners, where they have the same.
+    /// Normal of each class whose corners all have the same one.
     common: Vec<Option<[f32; 3]>>,
     /// One for each corner of the other classes.
     differing: Vec<[f32; 3]>,

@@ -1,4 +1,4 @@
-//! What of a file is loaded, where it offers a choice.
+//! Choices among the contents of a file: what is loaded where it offers several things.
 use super::LoadError;
 use overcoat_scene::{Axis, Orientation};
 
@@ -11,48 +11,49 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// Animation of a glTF file. Default: none, which is the pose in which the file stores its nodes.
     pub animation: Option<AnimationChoice>,
-    /// Which axis of the model file is up. The model with its lights and cameras is turned, without a loss, so that this axis
-    /// is +Y of the scene and its [`Axis::front`] +Z. Default: [`Format::orientation`](super::Format::orientation).
+    /// Axis of the model file that is up. The model with its lights and cameras is turned, without a loss, so that this
+    /// axis is +Y of the scene and its [`Axis::front`] +Z. Default:
+    /// [`Format::orientation`](super::Format::orientation).
     pub up: Option<Axis>,
-    /// When the images of textures are decoded. Default: while the file is loaded.
+    /// Time at which the images of textures are decoded. Default: while the file is loaded.
     pub textures: TextureLoading,
 }
 
-/// When the images of textures are decoded.
+/// Time at which the images of textures are decoded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TextureLoading {
     /// While the file is loaded: whatever is wrong with them is among the warnings of loading.
     #[default]
     Whole,
-    /// When a picture reads them, and as finely as it does: the pictures are the same, and those of which a few are drawn take a
-    /// part of the time and of the memory. What is wrong with them is found then, and [`Scene::texture_losses`] has it. Files of
-    /// glTF alone; others are loaded as with [`TextureLoading::Whole`].
+    /// On demand, when a picture reads them, and as finely as it does: the pictures are the same, and those of which a
+    /// few are drawn take a part of the time and of the memory. Faults of images are found then, and listed by
+    /// [`Scene::texture_losses`]. Files of glTF alone; others are loaded as with [`TextureLoading::Whole`].
     ///
     /// [`Scene::texture_losses`]: crate::Scene::texture_losses
     ByNeed,
 }
 
 impl LoadOptions {
-    /// The same with another [`LoadOptions::textures`].
+    /// Options with another [`LoadOptions::textures`].
     #[must_use]
     pub fn with_textures(self, textures: TextureLoading) -> Self {
         Self { textures, ..self }
     }
 
-    /// The same with another [`LoadOptions::variant`].
+    /// Options with another [`LoadOptions::variant`].
     #[must_use]
     pub fn with_variant(self, variant: impl Into<Option<String>>) -> Self {
         Self { variant: variant.into(), ..self }
     }
 
-    /// The same with another [`LoadOptions::animation`].
+    /// Options with another [`LoadOptions::animation`].
     #[must_use]
     pub fn with_animation(self, animation: impl Into<Option<AnimationChoice>>) -> Self {
         Self { animation: animation.into(), ..self }
     }
 
-    /// The same with another [`LoadOptions::up`].
+    /// Options with another [`LoadOptions::up`].
     #[must_use]
     pub fn with_up(self, up: impl Into<Option<Axis>>) -> Self {
         Self { up: up.into(), ..self }

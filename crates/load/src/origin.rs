@@ -11,7 +11,7 @@ use overcoat_scene::{Bounds, MeshData, Scene};
 /// Powers of ten by which decimals become whole numbers.
 const POWERS: [f64; 10] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
-/// What positions are measured from, in the coordinates of a file.
+/// Point that positions are relative to, in the coordinates of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Origin(pub [f64; 3]);
 
@@ -53,7 +53,7 @@ impl Region {
     fn of(scene: &Scene) -> Option<Self> {
         let mut bounds = scene.bounds();
         if bounds.is_empty() || bounds.size().iter().all(|&side| side == 0.0) {
-            // Of a model that is smaller than what single precision knows there, nothing may be left.
+            // A model smaller than a step of single precision at that distance may have lost its extent.
             bounds = scene.instances().iter().fold(Bounds::EMPTY, |all, instance| {
                 let Some(mesh) = scene.meshes().get(instance.mesh.index()) else { return all };
                 let mut own = Bounds::EMPTY;
@@ -129,7 +129,7 @@ pub(super) fn points_of_text<'a>(
             if !tokens.next()?.eq_ignore_ascii_case(keyword) {
                 continue;
             }
-            // What is no point may hold the keyword of the next one.
+            // Tokens that are no point may hold the keyword of the next one.
             let mut ahead = tokens.clone();
             if let [Some(x), Some(y), Some(z)] = [(); 3].map(|()| ahead.next().and_then(double)) {
                 tokens = ahead;
@@ -150,8 +150,8 @@ pub(super) fn move_positions(data: &mut MeshData, origin: &Origin) {
 /// of 512.
 const COARSE: f64 = 1e-3;
 
-/// What a file has lost that stores positions in single precision far from zero, if that can be seen: `bounds` are those of
-/// the model in the file.
+/// Warning about details that a file has lost by storing positions in single precision far from zero; `None` if the
+/// loss cannot be seen. `bounds` are those of the model in the file.
 pub(super) fn lost_steps(what: &str, bounds: &Bounds) -> Option<String> {
     let extent = bounds.size().into_iter().fold(0.0_f64, |m, v| if v > m { v } else { m });
     let step = bounds.min.iter().zip(&bounds.max).fold(0.0_f64, |most, (low, high)| {

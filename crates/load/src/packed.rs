@@ -135,7 +135,7 @@ fn read_within(from: &mut impl Read, limits: &Limits, out: &mut Vec<u8>) -> std:
     from.take(room).read_to_end(out).map(drop)
 }
 
-/// What follows a frame that is to be skipped.
+/// The bytes behind a frame that is to be skipped; `None` if they begin with another frame.
 fn skippable(bytes: &[u8]) -> Option<&[u8]> {
     match bytes {
         [0x50..=0x5f, 0x2a, 0x4d, 0x18, a, b, c, d, rest @ ..] => {

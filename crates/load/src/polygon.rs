@@ -169,7 +169,7 @@ impl Triangulator {
                 }
             }
         }
-        // What is left is a triangle, or a fan where the budget has run out.
+        // The rest is a triangle, or a fan if the budget has run out.
         let first = *polygon.get(corner)?;
         let mut b = self.ring.get(corner)?.next;
         for _ in 2..left {

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
-/// Why a reference does not resolve.
+/// Reason why a reference does not resolve.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResolveError {
@@ -20,7 +20,7 @@ pub enum ResolveError {
     Unreadable {
         /// The reference as written.
         name: String,
-        /// What the system says.
+        /// Message of the operating system.
         reason: String,
     },
     /// It is larger than allowed.

@@ -14,7 +14,7 @@ pub(super) struct Variants<T> {
     base: u32,
     /// The variants, and in the way of `last` the one before at the same place.
     list: Vec<(T, u32)>,
-    /// How many variants of a place are compared before another is made.
+    /// Most variants of a position that are compared before another is made.
     searched: usize,
 }
 
@@ -42,7 +42,7 @@ impl<T: Copy + PartialEq> Variants<T> {
         Some((number, true))
     }
 
-    /// How many variants there are.
+    /// Number of variants.
     pub(super) fn len(&self) -> usize {
         self.list.len()
     }
@@ -75,7 +75,7 @@ pub(super) struct Copies<T> {
     next: Vec<u32>,
     /// The value of vertices that no corner has claimed yet.
     free: T,
-    /// How many copies are passed before another is made.
+    /// Most copies that are compared before another is made.
     searched: usize,
 }
 

@@ -21,7 +21,7 @@ const SEARCHED: usize = 64;
 /// perpendicular to the normal. Without normals the triangles' own are used. Existing tangents are replaced; a mesh
 /// without that set of coordinates is left without.
 ///
-/// Where more than 512 triangles meet at one position, they are averaged in runs of 512.
+/// At positions where more than 512 triangles meet they are averaged in runs of 512.
 ///
 /// Returns which vertex each added one is a copy of.
 pub fn add_tangents(mesh: &mut MeshData, uv_set: usize) -> Vec<u32> {
@@ -82,7 +82,7 @@ pub(crate) fn tangent_set(material: &Material) -> Option<UvSet> {
 /// are left out: the algorithm's time grows with the square of their number.
 fn batches(mesh: &MeshData) -> Vec<Vec<u32>> {
     let (class_of, classes) = position_classes(&mesh.positions);
-    // Those that cover something, and the classes of their corners.
+    // Triangles with an area, and the classes of their corners.
     let covering = || {
         mesh.triangles.iter().enumerate().filter_map(|(t, corners)| {
             let [a, b, c] = corners.map(|v| class_of.get(v as usize));
@@ -108,7 +108,7 @@ fn batches(mesh: &MeshData) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// What MikkTSpace sees of a mesh.
+/// Mesh as MikkTSpace sees it.
 struct Batch<'a> {
     mesh: &'a MeshData,
     uvs: &'a [[f32; 2]],
@@ -119,7 +119,7 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// What a list has for a corner. The algorithm asks for no corner that does not exist, which would get zeros.
+    /// Value of a corner in a list. The algorithm asks for no corner that does not exist; such ones would get zeros.
     fn of_corner<const N: usize>(&self, list: &[[f32; N]], face: usize, corner: usize) -> [f32; N] {
         let vertex = || {
             let triangle = self.mesh.triangles.get(*self.triangles.get(face)? as usize)?;
@@ -218,7 +218,7 @@ fn write_back(mesh: &mut MeshData, corner_tangents: Vec<[[f32; 4]; 3]>) -> Vec<u
                 let [x, y, z] = perpendicular(normal_at(mesh, triangle, corner));
                 [x, y, z, 1.0]
             };
-            // Where numbers have run out the vertex keeps the tangent that it has.
+            // If indices have run out the vertex keeps the tangent that it has.
             if let Some((used, is_new)) = copies.vertex(mesh, *vertex, tangent) {
                 if is_new {
                     origins.push(*vertex);

@@ -7,7 +7,7 @@ use overcoat_image::decode::in_quotes;
 #[derive(Clone, Debug)]
 pub(super) struct Tokens<'a> {
     bytes: &'a [u8],
-    /// What has not been read of them.
+    /// Bytes that have not been read so far.
     rest: &'a [u8],
 }
 
@@ -58,7 +58,7 @@ impl<'a> Tokens<'a> {
     }
 }
 
-/// How many bytes there are before white space.
+/// Number of bytes before white space.
 #[inline(always)]
 fn token_length(bytes: &[u8]) -> usize {
     let mut rest = bytes;
@@ -81,7 +81,7 @@ fn token_length(bytes: &[u8]) -> usize {
     length_before(bytes, rest).saturating_add(length)
 }
 
-/// How many bytes of a text there are before its last part.
+/// Number of bytes of a text before its last part.
 #[inline(always)]
 pub(super) fn length_before(text: &[u8], last: &[u8]) -> usize {
     text.len().saturating_sub(last.len())
@@ -154,7 +154,7 @@ pub(super) fn leading_float(bytes: &[u8]) -> Option<(f32, &[u8])> {
         if !(1..=3).contains(&length_before(exponent, rest)) {
             return None;
         }
-        // Of three digits.
+        // The exponent has three digits at most.
         let value = value as u32;
         scale = if negative {
             scale.saturating_sub_unsigned(value)
@@ -238,7 +238,7 @@ fn general_float(token: &[u8]) -> Option<f32> {
 /// The same number in double precision.
 pub(super) fn double(token: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(token).ok();
-    // What single precision alone knows is no plain number.
+    // Spellings that only the reader of single precision knows are no plain numbers.
     text.and_then(|text| text.parse().ok()).or_else(|| float(token).map(f64::from))
 }
 

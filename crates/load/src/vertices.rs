@@ -83,7 +83,7 @@ impl PositionTable {
         self.positions
     }
 
-    /// How many distinct positions there are.
+    /// Number of distinct positions.
     pub(super) fn len(&self) -> usize {
         self.positions.len()
     }
@@ -104,7 +104,7 @@ impl PositionTable {
         }
     }
 
-    /// Where to look behind a slot that is taken: in the next one, behind the last in the first.
+    /// Next slot to probe behind one that is taken; behind the last comes the first.
     fn slot_after(&self, slot: usize) -> usize {
         slot.wrapping_add(1) & self.last_slot()
     }

@@ -112,7 +112,7 @@ pub(super) fn weld<P: Iterator<Item = [f32; 3]>>(
     }
     let firsts = jobs.map(GROUPS, |group| weld_group(&runs, group, seed));
 
-    // What was found for each run: in a group its results follow those of the runs before it.
+    // Results of each run: in a group they follow those of the runs before it.
     let mut rest: Vec<&[u32]> = firsts.iter().map(Vec::as_slice).collect();
     let mut found: Vec<Vec<&[u32]>> = Vec::with_capacity(runs.len());
     for run in &runs {
@@ -145,7 +145,7 @@ pub(super) fn weld<P: Iterator<Item = [f32; 3]>>(
         let mut next = run.before;
         let number = |is_first: bool| {
             let number = next;
-            // What is no first is looked up where its first is.
+            // Entries that are no first are looked up at their first.
             next = next.saturating_add(u32::from(is_first));
             number
         };
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn what_is_nothing_but_rounding_is_zero() {
-        // Of 2 pi in double precision.
+        // Sine of 2 pi in double precision.
         let sine = -2.449e-16_f64;
         let list = [
             [10.0, 0.0, -1e-3],

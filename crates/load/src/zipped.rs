@@ -38,7 +38,7 @@ pub(super) fn read(
     let archive = match Archive::open(FORMAT, bytes, limits, &mut warnings) {
         Ok(archive) => archive,
         Err(error @ LoadError::Limit(_)) => return Err(error),
-        // What it is otherwise, others say.
+        // Other readers report other errors.
         Err(_) => return Ok(None),
     };
     // Documents of Office have such a part; models in them are pictures of a page.

@@ -1,6 +1,6 @@
 //! `overcoat-embedded IN OUT [SIDE]`: a square PNG of a glTF or STL file.
 //!
-//! What a device calls that has a few megabytes to spare: one thread, no command line library, limits that fit.
+//! Calls for a device that has a few megabytes to spare: one thread, no command line library, limits that fit.
 
 use overcoat::Renderer;
 use overcoat::frame::DisplayOptions;
@@ -11,7 +11,7 @@ use overcoat::{Limits, RenderOptions};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// What models of strangers may take of a small device.
+/// Limits for untrusted models on a small device.
 fn limits() -> Limits {
     let mut limits = Limits::default();
     (limits.input_bytes, limits.decoded_bytes) = (64 << 20, 64 << 20);

@@ -1,4 +1,4 @@
-//! What the library was built without is refused by name, and what it has is drawn: of the features of this package.
+//! Features of this package: what the library was built without is refused by name, and what it has is drawn.
 
 use overcoat::render::{Ground, Quality, RenderError};
 use overcoat::scene::{

@@ -31,9 +31,9 @@ pub fn along_surface(value: f64, gradient: DVec3, normal: DVec3) -> f64 {
     if tangential < 0.25 { value * 4.0 } else { value / tangential }
 }
 
-/// What happens to the part of a surface inside or along a curve.
+/// Cut of a surface: changes the part inside or along a curve.
 pub struct Cut {
-    /// Where.
+    /// Curve that the cut follows.
     pub curve: Curve,
     /// Half width of the strip along the curve that becomes region `gap`; 0 for none.
     pub half_width: f64,
@@ -47,27 +47,27 @@ pub struct Cut {
     pub inside: Option<usize>,
 }
 
-/// Where a region's triangles go.
+/// Displacement of a region's triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Offset {
     /// Inwards along the normals, metres; negative moves out.
     In(f64),
     /// Onto a plane of constant coordinate: (axis, value).
     Flat(usize, f64),
-    /// Nowhere: the region is left out, and its walls lead down to the offset depth.
+    /// None: the region is left out, and its walls lead down to the offset depth.
     Open(f64),
 }
 
-/// How one region is made.
+/// Geometry of one region.
 #[derive(Clone, Copy, Debug)]
 pub struct Region {
     /// Its place.
     pub offset: Offset,
-    /// Which mesh its triangles go to.
+    /// Index of the mesh that its triangles go to.
     pub output: usize,
-    /// Which mesh the walls go to that lead from it down into deeper regions.
+    /// Index of the mesh of the walls that lead from it down into deeper regions.
     pub walls: usize,
-    /// How far its edges round down towards deeper regions; 0 for sharp edges.
+    /// Distance over which its edges round down towards deeper regions; 0 for sharp edges.
     pub rounding: f64,
     /// An [`Offset::Open`] region whose depth is this region's thickness: gives it a back and outer edges.
     pub back: Option<usize>,
@@ -81,7 +81,7 @@ pub fn cut(mut surface: Mesh, cuts: &[Cut], regions: &[Region], outputs: usize) 
         let mut levels = vec![-width, width];
         if rim > 0.0 {
             levels.push(width + rim);
-            // What lies inside of its own region is lower, and its edge is hidden.
+            // Surfaces inside of their own region are lower, and their edge is hidden.
             if cut.inside.is_none() {
                 levels.push(-width - rim);
             }

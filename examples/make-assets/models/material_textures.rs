@@ -133,7 +133,7 @@ fn stone() -> Image {
     })
 }
 
-/// How wet the stone is: puddles fill what lies low.
+/// Wetness of the stone, in sixteen steps: puddles fill the low parts.
 fn stone_wet() -> Image {
     Image::draw(128, |u, v| {
         let low = (0.50 - fractal(u, v, 6, 21)) * 7.0;

@@ -1,4 +1,4 @@
-//! What a file holds: materials, meshes and where they stand.
+//! Contents of a file: materials, meshes and their placement.
 
 use glam::DVec3;
 
@@ -36,13 +36,13 @@ impl Image {
     }
 }
 
-/// Whether light passes through.
+/// Transparency of a material.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Alpha {
-    /// No.
+    /// None.
     #[default]
     Opaque,
-    /// By the colour's alpha.
+    /// Blended by the colour's alpha.
     Blend,
 }
 
@@ -111,7 +111,7 @@ impl Material {
         Self { coat: 1.0, coat_roughness: roughness, ..self }
     }
 
-    /// Whether meshes need texture coordinates.
+    /// True if meshes of this material need texture coordinates.
     pub fn is_textured(&self) -> bool {
         [self.color_map, self.roughness_map, self.normal_map, self.coat_normal_map, self.coat_roughness_map]
             .iter()
@@ -135,7 +135,7 @@ pub struct Node {
     pub name: &'static str,
     /// Index of the group.
     pub mesh: usize,
-    /// Where its origin stands.
+    /// Position of its origin, in metres.
     pub position: DVec3,
     /// Turned half around the y axis.
     pub turned: bool,
@@ -146,7 +146,7 @@ pub struct Node {
 pub struct Model {
     /// Also the file's stem.
     pub name: &'static str,
-    /// What the groups refer to.
+    /// Materials that the groups refer to.
     pub materials: Vec<Material>,
     /// Geometry.
     pub meshes: Vec<Group>,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::model::Model;
 
-/// What each model shows.
+/// Description of each model: what it shows.
 fn purpose(name: &str) -> &'static str {
     match name {
         "material-ball" => "a coated ball with a groove, an inner ball and a stand: one material at a glance",

@@ -15,7 +15,7 @@ pub struct Cage {
     pub quads: Vec<[u32; 4]>,
 }
 
-/// What lies around the points and edges of a cage.
+/// Adjacency of a control cage.
 struct Neighbours {
     /// Faces at each edge, by its sorted ends.
     edges: BTreeMap<(u32, u32), Vec<u32>>,

@@ -16,7 +16,7 @@ pub struct Station {
     pub up: DVec3,
 }
 
-/// How the ends of a path meet.
+/// Treatment of the ends of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
     /// The last station joins the first.

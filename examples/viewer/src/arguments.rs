@@ -1,4 +1,4 @@
-//! What is asked for on the command line.
+//! Arguments of the command line.
 
 use overcoat::render::Quality;
 use overcoat::scene::ShadingModel;
@@ -27,7 +27,7 @@ In the window:
   H                   these keys       Escape               end
 ";
 
-/// What is asked for.
+/// Arguments as parsed.
 #[derive(Clone, Debug)]
 pub struct Arguments {
     pub model: Option<PathBuf>,

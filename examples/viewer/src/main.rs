@@ -4,8 +4,8 @@
 //! cargo run --release -p overcoat-viewer -- assets/models/sports-car.glb
 //! ```
 //!
-//! What moves is drawn at once, straight into the window's memory, as well as a budget allows; what rests is drawn again, better, by
-//! a thread of its own, which every input stops.
+//! Moving models are drawn at once, straight into the window's memory, as well as a budget allows; models at rest are
+//! drawn again, better, by a thread of its own, which every input stops.
 
 mod arguments;
 mod refinement;

@@ -10,17 +10,17 @@ use winit::event_loop::EventLoopProxy;
 /// A picture that the thread has drawn, or that there is no better one.
 #[derive(Debug)]
 pub struct Refined {
-    /// Of which state it is.
+    /// Number of the state that it shows; see `is_current`.
     pub state: u64,
     pub size: [u32; 2],
     /// Memory, of a picture if one was drawn.
     pub pixels: Vec<u32>,
-    /// What the window's title says of it; `None`: what the window shows is the best.
+    /// Title of the window for it; `None`: no better picture was drawn.
     pub title: Option<String>,
     pub is_final: bool,
 }
 
-/// What is asked of the thread.
+/// Request to the thread.
 struct Task {
     state: u64,
     cancellation: Cancellation,
@@ -52,7 +52,7 @@ impl Refinement {
         Self { show, tasks: Some(tasks), thread: Some(thread), cancellation, state: 0, spare: Vec::new() }
     }
 
-    /// What is shown, to be changed or drawn: whatever the thread draws is stopped.
+    /// Access to the scene and its viewport, to change or draw them: whatever the thread draws is stopped.
     pub fn stop(&mut self) -> MutexGuard<'_, Show> {
         self.cancellation.cancel();
         self.state += 1;
@@ -72,7 +72,7 @@ impl Refinement {
         }
     }
 
-    /// Whether a picture is one of what is shown now.
+    /// True if the picture shows the current state.
     pub fn is_current(&self, refined: &Refined) -> bool {
         refined.state == self.state
     }

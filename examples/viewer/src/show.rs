@@ -1,4 +1,4 @@
-//! What the window shows: a model, a camera and how it is drawn.
+//! Model, camera and settings that the window shows.
 
 use crate::arguments::Arguments;
 use overcoat::description::{BackgroundChoice, Description, Machine};
@@ -16,7 +16,7 @@ use std::path::Path;
 /// Units of work of a picture that moves: a sixtieth of a second on two threads.
 const MOVING: u64 = 33_000_000;
 
-/// How the environment is there.
+/// Environment of the model: its light alone, none at all, or its light and itself in the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surroundings {
     Studio,
@@ -156,7 +156,7 @@ impl Show {
         self.viewport.refine(self.world.scene(), &camera, &mut target)
     }
 
-    /// What is seen in a pixel, in words.
+    /// Description of the surface that is seen in a pixel.
     pub fn describe(&mut self, pixel: [u32; 2]) -> String {
         let camera = self.orbit.camera();
         let scene = self.world.scene();
@@ -178,7 +178,7 @@ impl Show {
         }
     }
 
-    /// What the window's title says of a picture.
+    /// Title of the window for a picture.
     pub fn title(&self, drawn: &Drawn) -> String {
         let shading = self.viewport.options().shading.map_or("its materials' models", ShadingModel::name);
         let (quality, samples) = (drawn.level.quality.name(), drawn.level.samples);

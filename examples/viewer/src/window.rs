@@ -34,12 +34,12 @@ pub struct Viewer {
     /// The button that is down, and how far the pointer has moved since.
     pressed: Option<(MouseButton, f64)>,
     modifiers: ModifiersState,
-    /// When the animation began to play.
+    /// Time at which the animation began to play.
     playing: Option<Instant>,
     /// Pictures of `--frames` that are drawn, and when the first was.
     frames: u32,
     start: Option<Instant>,
-    /// What the window's title says.
+    /// Title of the window.
     title: String,
     failure: Option<Box<dyn Error>>,
 }
@@ -65,7 +65,7 @@ impl Viewer {
         })
     }
 
-    /// What became of it, after the window is closed.
+    /// Outcome of the window's life, once it is closed.
     pub fn finish(self) -> Result<(), Box<dyn Error>> {
         self.failure.map_or(Ok(()), Err)
     }

@@ -1,4 +1,4 @@
-//! What puts whole glTF documents together.
+//! Builder of whole glTF documents.
 
 use super::load;
 use super::model::{F32, Model, U16, U32, push};

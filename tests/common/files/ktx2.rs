@@ -9,7 +9,7 @@ const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
 const RGB: u8 = 1;
 
-/// How texels are stored.
+/// Encoding of texels.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Storage {
     /// Four bytes each.
@@ -202,7 +202,7 @@ struct Code {
     symbols: usize,
     /// Bits of the longer ones.
     bits: u32,
-    /// How many are one bit shorter.
+    /// Number of symbols that are one bit shorter.
     short: usize,
 }
 
@@ -237,7 +237,7 @@ impl Code {
 /// A colour of 5 bits a channel and the number of a table of brightness.
 type Endpoint = ([u8; 3], u8);
 
-/// What a texel adds to the colour of its block (ETC1).
+/// Offsets that a texel adds to the colour of its block (ETC1).
 const MODIFIERS: [[i32; 4]; 8] = [
     [-8, -2, 2, 8],
     [-17, -5, 5, 17],

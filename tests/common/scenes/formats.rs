@@ -175,7 +175,7 @@ fn stl() -> Built {
     s.seen(flat_view())
 }
 
-/// How numbers are written in a PLY file.
+/// Encoding of numbers in a PLY file.
 #[derive(Clone, Copy, PartialEq)]
 enum Encoding {
     Text,
@@ -349,7 +349,7 @@ fn pyramid(of_triangle: impl Fn(usize) -> &'static str) -> String {
     text + "</triangles></mesh>"
 }
 
-/// Where an item or component goes, in millimetres; turned so that two sides show.
+/// Transform of an item or component, with the translation in millimetres; turned so that two sides show.
 fn turned(x: f64, z: f64, scale: f64) -> String {
     // Rows are where the axes go: by about 37 degrees about z, then by 27 towards the eye.
     let [s, c, t, d] = [0.6 * scale, 0.8 * scale, 0.454 * scale, 0.891];

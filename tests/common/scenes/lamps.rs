@@ -1,4 +1,4 @@
-//! What shadows of lamps go wrong at: thin walls, grazing light, a lamp in a box, a fence of masks, every kind of lamp.
+//! Hard cases for shadows of lamps: thin walls, grazing light, a lamp in a box, a fence of masks, every kind of lamp.
 
 use super::Entry;
 use crate::common::shapes::{ground, sphere};

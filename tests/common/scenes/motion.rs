@@ -1,4 +1,4 @@
-//! What animations of glTF files change, each file at several times.
+//! Animations of glTF files: each property that they change, each file at several times.
 
 use super::Entry;
 use crate::common::files::at_time;
@@ -99,7 +99,7 @@ pub fn skinned() -> Model {
     let bytes: Vec<u8> = inverse.iter().flat_map(|v| v.to_le_bytes()).collect();
     let inverse = model.accessor("MAT4", F32, 3, &bytes);
     model.json["skins"] = json!([{"joints": [1, 2, 3], "inverseBindMatrices": inverse}]);
-    // What the node does to itself has no influence.
+    // The node's own transform has no influence.
     model.node(json!({"mesh": mesh, "skin": 0, "translation": [9, 9, 9]}), true);
     model.node(json!({"children": [2]}), true);
     model.node(json!({"children": [3], "translation": [0, 1, 0]}), false);

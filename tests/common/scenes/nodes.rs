@@ -1,4 +1,4 @@
-//! What glTF files say about nodes: copies, visibility, variants, lights, cameras, and what primitives are made of.
+//! Nodes of glTF files: copies, visibility, variants, lights, cameras, and the topologies of primitives.
 
 use super::Entry;
 use crate::common::files::document::document;

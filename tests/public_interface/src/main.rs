@@ -78,7 +78,7 @@ fn read(path: &Path, name: &str) -> Result<Package, Box<dyn Error>> {
     Ok(package)
 }
 
-/// Where the item at a path is defined, or what is known of that.
+/// Path of the definition that an item's path leads to, as far as it is known.
 fn definition(packages: &BTreeMap<String, Package>, path: &str) -> String {
     let mut path = path.to_owned();
     while let Some(package) = path.split("::").next().and_then(|name| packages.get(name)) {
@@ -152,7 +152,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let spelt =
         |line: &String| names.iter().fold(line.clone(), |line, (source, name)| renamed(&line, source, name));
     let lines: BTreeSet<String> = out.iter().map(spelt).collect();
-    // What is listed with its members needs no line that says that it is re-exported.
+    // Items that are listed with their members need no line that says that they are re-exported.
     let defined: BTreeSet<String> = lines
         .iter()
         .filter(|line| !line.starts_with("pub use "))

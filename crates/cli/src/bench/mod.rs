@@ -21,7 +21,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
 }
 
-/// What is measured. Where nobody says what the picture is worth it is what costs least, not what other commands draw, so that
+/// Description of the picture to measure. The defaults are the cheapest settings, not those of other commands, so that
 /// figures of all versions can be compared.
 fn describe(args: &BenchArgs) -> Result<Description, Failure> {
     let mut description = args.draw.describe(&args.inputs)?;

@@ -83,7 +83,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     measurement.print(task.json, &task.options, shading, renderer.jobs().threads())
 }
 
-/// What is kept from one model to the next, beside the renderer.
+/// State kept from one model to the next, beside the renderer.
 struct Service<'a> {
     task: &'a RenderTask,
     setting: Setting,

@@ -1,4 +1,4 @@
-//! What was measured, and how it is printed.
+//! Measurements, and how they are printed.
 
 use crate::failure::Failure;
 use crate::render_task::Pixels;
@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::time::Duration;
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     frames: u32,
@@ -40,7 +40,7 @@ struct Report {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     models: Vec<Model>,
     peak_rss_bytes: Option<u64>,
-    /// Those of a model of many begin with its name.
+    /// Warnings; with many models they begin with the name of theirs.
     warnings: Vec<String>,
     versions: Versions,
 }
@@ -61,13 +61,13 @@ pub(super) struct Model {
     pub hash: Hash,
 }
 
-/// What was made, as XXH3-128.
+/// Hash of the measured pictures, XXH3-128.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) enum Hash {
     /// [`Frame::frame_hash`](overcoat_core::frame::Frame::frame_hash).
     #[serde(rename = "frame_hash")]
     Frame(String),
-    /// Of width, height and bytes of a picture of 8 bits.
+    /// Hash of width, height and bytes of a picture of 8 bits.
     #[serde(rename = "image_hash")]
     Image(String),
 }
@@ -104,11 +104,11 @@ pub(super) struct Times {
 }
 
 impl Times {
-    /// Of at least one time; 0 for none.
+    /// Median and minimum of at least one time; 0 for none.
     pub(super) fn new(times: &mut [Duration]) -> Self {
         times.sort_unstable();
         let at = |k: usize| times.get(k).copied().unwrap_or_default();
-        // Of an even number the lower of the two in the middle.
+        // Of an even number of times the lower of the two in the middle.
         Self { median: milliseconds(at(times.len().saturating_sub(1) / 2)), min: milliseconds(at(0)) }
     }
 }
@@ -117,7 +117,7 @@ impl Times {
 #[derive(Debug)]
 pub(super) struct Measurement {
     walls: Vec<Duration>,
-    /// Of all frames; `None` where the system does not say.
+    /// Processor time of all frames; `None` where the system does not say.
     processor: Option<Duration>,
     /// In the order in which they were first met.
     stages: Vec<(&'static str, Vec<Duration>)>,
@@ -128,7 +128,7 @@ pub(super) struct Measurement {
     images: bool,
     /// One for each file, where every frame loads a model.
     pub(super) models: Vec<Model>,
-    /// What is doubtful about the files.
+    /// Warnings about the files.
     pub(super) warnings: Vec<String>,
 }
 

@@ -66,7 +66,7 @@ pub struct ConformanceArgs {
     pub report: ReportArgs,
 }
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     folder: String,

@@ -10,7 +10,7 @@ use overcoat_lab::lab::conformance::{Engines, MAP_HEIGHT, MAP_WIDTH, Planes, Sce
 use overcoat_scene::ShadingModel;
 use std::fmt::Write;
 
-/// What is written by hand.
+/// Files of the pack that are written by hand.
 const README: &str = include_str!("pack/README.md");
 const LICENSE: &str = include_str!("pack/LICENSE");
 const SCORE: &str = include_str!("pack/score.py");
@@ -18,7 +18,7 @@ const SCORE: &str = include_str!("pack/score.py");
 /// A path in the pack, and what is there.
 pub(super) type File = (String, Vec<u8>);
 
-/// What is asked for.
+/// Options of the pack.
 pub(super) struct Request<'a> {
     pub scenes: &'a [Scene],
     pub models: &'a [ShadingModel],
@@ -48,7 +48,7 @@ impl Planes32 {
         }
     }
 
-    /// How many pixels are scored.
+    /// Number of scored pixels.
     pub fn scored(&self) -> usize {
         self.mask.iter().filter(|mask| **mask).count()
     }

@@ -1,5 +1,5 @@
-//! How far a picture is from the truth, by the rules of the pack. `pack/score.py` has them too, for everybody; a test holds the
-//! two against each other.
+//! Score of a picture against the truth, by the rules of the pack. `pack/score.py` has them too, for everybody; a test
+//! holds the two against each other.
 //!
 //! One test at three scales: pixels, blocks of 8 x 8 pixels and the whole picture, each channel for itself. At each,
 //!
@@ -34,13 +34,13 @@ pub(super) const BLOCK_PIXELS: usize = 16;
 /// Scores of one picture. Shares, not percents.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Score {
-    /// Whether all three scales are within their bounds.
+    /// True if all three scales are within their bounds.
     pub passes: bool,
     /// Sum of the differences over the sum of the truth.
     pub bias: f64,
     /// The same of differences without sign.
     pub error: f64,
-    /// What of that the variance of the truth alone makes.
+    /// Part of that error that the variance of the truth alone explains.
     pub noise: f64,
     /// Root of the sum of their squares over that of the truth's.
     pub rmse: f64,
@@ -96,7 +96,7 @@ fn root(x: f32) -> f64 {
     wide(x).sqrt()
 }
 
-/// What is allowed of a channel of a pixel.
+/// Allowance of a channel of a pixel.
 fn allowance(truth: &Planes32) -> impl Fn(usize, usize) -> f64 {
     let count = truth.scored() as f64;
     let level = [0, 1, 2].map(|c| {

@@ -9,7 +9,7 @@ use overcoat_golden::thresholds::matches;
 use serde::Serialize;
 use std::fmt::Write as _;
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Serialize)]
 struct Report<'a> {
     dry_run: bool,

@@ -1,4 +1,4 @@
-//! What all golden commands begin with: the pairs of pictures and their thresholds.
+//! Common start of all golden commands: the pairs of pictures and their thresholds.
 
 use super::FolderArgs;
 use crate::failure::{Failure, file_name};
@@ -22,7 +22,7 @@ pub(super) struct Session {
     thresholds: ThresholdFile,
     /// Name of the threshold file in messages.
     thresholds_name: String,
-    /// What counts where the threshold file says nothing.
+    /// Thresholds where the threshold file has none.
     base: Thresholds,
     jobs: Jobs,
     quiet: bool,
@@ -69,12 +69,12 @@ impl Session {
         Ok(Self { folders, limits, thresholds, thresholds_name, base, jobs, quiet: args.quiet })
     }
 
-    /// What a file has to meet.
+    /// Thresholds of a file.
     pub(super) fn thresholds(&self, name: &str) -> Thresholds {
         self.thresholds.of(name, &self.base)
     }
 
-    /// What is doubtful about the folders.
+    /// Warnings about the folders.
     pub(super) fn warnings(&self) -> Vec<String> {
         self.folders.others_in_words().into_iter().collect()
     }

@@ -7,7 +7,7 @@ use overcoat_golden::check::{FileResult, Verdict, badness_order};
 use serde::Serialize;
 use std::fmt::Write as _;
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Serialize)]
 struct Report<'a> {
     expected: String,
@@ -114,7 +114,7 @@ pub(super) fn to_text(session: &Session, results: &[FileResult]) -> String {
     out
 }
 
-/// How many results there are of each of these verdicts.
+/// Numbers of results with each of these verdicts, in words.
 pub(super) fn counts(results: &[FileResult], verdicts: &[Verdict]) -> String {
     let counts = verdicts.iter().filter_map(|&verdict| {
         let count = results.iter().filter(|r| r.verdict == verdict).count();

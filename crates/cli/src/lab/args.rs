@@ -147,7 +147,7 @@ pub struct SpecimenArgs {
 }
 
 impl SpecimenArgs {
-    /// What the options describe.
+    /// Specimen that the options describe.
     pub(super) fn specimen(&self) -> Specimen {
         let absorbs = self.extinction != [0.0; 3];
         Specimen {
@@ -171,7 +171,7 @@ impl LabArgs {
         all.iter().copied().filter(|model| !self.models.is_empty() || model.is_built()).collect()
     }
 
-    /// What is measured.
+    /// Slice to be measured.
     pub(super) fn slice(&self) -> Slice {
         let [first, last] = self.over.range();
         // What varies needs a light that has it.

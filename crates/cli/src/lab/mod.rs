@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What `--json` prints of a slice. Fields are only ever added.
+/// Report of `--json` on a slice. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     over: &'static str,
@@ -41,7 +41,7 @@ struct Shown {
     radiance: [f64; 3],
 }
 
-/// What `--summary --json` prints. Fields are only ever added.
+/// Report of `--summary --json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct SummaryReport {
     cases: usize,
@@ -59,7 +59,7 @@ struct SummaryEntry {
     worst: f64,
 }
 
-/// What is to become of a slice.
+/// Output form of a slice.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
     Read,

@@ -31,7 +31,7 @@ const COLORS: [RGBColor; 14] = [
     RGBColor(120, 40, 90),
 ];
 
-/// What does not vary, in a line.
+/// Caption with the parameters that do not vary, in a line.
 fn caption(slice: &Slice) -> String {
     let s = &slice.specimen;
     let said = |quantity, text: String| if slice.over == quantity { String::new() } else { text };
@@ -157,7 +157,8 @@ fn lines<'a>(
     Ok(())
 }
 
-/// Where a value lies in polar coordinates: straight up is the normal, to the right light from the side that the view is not on.
+/// Position of a value in polar coordinates: straight up is the normal, to the right light from the side that the view
+/// is not on.
 fn polar((degrees, radius): (f64, f64)) -> (f64, f64) {
     let (sin, cos) = sin_cos(degrees.to_radians());
     (radius * sin, radius * cos)

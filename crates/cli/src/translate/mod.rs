@@ -84,7 +84,7 @@ pub struct TranslateArgs {
     pub report: ReportArgs,
 }
 
-/// What is translated.
+/// Subject of the translation.
 #[derive(Clone, Debug)]
 pub enum Subject {
     /// A material.
@@ -124,19 +124,19 @@ fn model_parser() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// What `--json` prints. Fields are only ever added.
+/// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     from: &'static str,
     to: &'static str,
-    /// Of a material, as a material file.
+    /// Translation of a material, as a material file.
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     before: Option<Difference>,
     #[serde(skip_serializing_if = "Option::is_none")]
     after: Option<Difference>,
-    /// Of the copy of a glTF file.
+    /// Materials in the copy of a glTF file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<Written>,
     warnings: Vec<String>,

@@ -194,7 +194,7 @@ impl ModelCopy {
         Ok(is_standard_output(&self.output))
     }
 
-    /// What was written, for people.
+    /// Report on the written materials, for people.
     pub(super) fn told(&self) -> String {
         let mut text = String::new();
         for written in &self.written {
@@ -209,7 +209,7 @@ impl ModelCopy {
     }
 }
 
-/// What a model does not know of a material.
+/// Warnings about features of a material that a shading model does not have.
 pub(super) fn unknown(to: ShadingModel, material: &Material) -> impl Iterator<Item = String> {
     let what = to.leaves_out(material);
     what.map(move |what| {
@@ -217,7 +217,7 @@ pub(super) fn unknown(to: ShadingModel, material: &Material) -> impl Iterator<It
     })
 }
 
-/// What of a material is not as it was meant.
+/// Warnings about textures and parameters of a material that could not be written as they were meant.
 fn warnings(what: &str, put: &Put, textures: OwnTextures) -> Vec<String> {
     let (shapes, factors): (Vec<&str>, Vec<&str>) = put.kept.iter().partition(|name| SHAPES.contains(name));
     let mut all = Vec::new();

@@ -26,7 +26,7 @@ use std::path::Path;
 use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_128;
 
-/// What a worker keeps from one model to the next.
+/// State that a worker keeps from one model to the next.
 pub(super) struct Drawing<'a> {
     pub(super) pipe: &'a Pipe,
     pub(super) start: Start,
@@ -59,7 +59,7 @@ impl Drawing<'_> {
             work.pictures.iter().map(|request| self.plan(request)).collect();
         let mut wanted: Vec<usize> = (0..planned.len()).collect();
         let mut stages = Stages::default();
-        // What is wrong with all of them is found before the model is read.
+        // If the plans of all pictures have failed, the model is not read.
         let Some(first) = planned.iter().find_map(|plan| plan.as_ref().ok()) else {
             return wanted.iter().try_for_each(|&k| self.tell_failure(k, &planned[k]));
         };
@@ -244,7 +244,8 @@ impl Drawing<'_> {
     }
 }
 
-/// What of a description changes the scene, or what is read for it. All else is the camera's, the renderer's or the screen's.
+/// Part of a description that changes the scene, or what is read for it. All else is the camera's, the renderer's or
+/// the screen's.
 fn scene_part(of: &Description) -> Description {
     Description {
         up: of.up,
@@ -263,7 +264,7 @@ fn scene_part(of: &Description) -> Description {
     }
 }
 
-/// What of that is the same for all models: materials and environment.
+/// Part of a description that is the same for all models: materials and environment.
 fn setting_part(of: &Description) -> Description {
     Description {
         env: of.env.clone(),

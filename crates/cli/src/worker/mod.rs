@@ -62,7 +62,7 @@ fn serve(pipe: &Pipe) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a scene file in JSON says.
+/// Description in a scene file in JSON; the default for null.
 fn description_of(json: &Value) -> Result<Description, Failure> {
     match json {
         Value::Null => Ok(Description::default()),

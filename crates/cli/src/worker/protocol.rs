@@ -1,4 +1,4 @@
-//! What a worker and its parent say to each other, over the worker's standard streams.
+//! Protocol between a worker and its parent, over the worker's standard streams.
 //!
 //! A message is a header in JSON and bytes that follow it: 4 bytes with the length of the header, 8 with that of the rest (both
 //! little-endian), then both. A worker's parent parses nothing but headers, which are bounded.
@@ -18,7 +18,7 @@ pub const PREFIX: usize = 12;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ToWorker {
-    /// What holds for all work; the first message.
+    /// Settings of all work; the first message.
     Start(Box<Start>),
     /// A model to draw: its bytes follow.
     Work(Work),
@@ -27,7 +27,7 @@ pub enum ToWorker {
         /// The name of the model's file, as in [`Work`].
         name: String,
     },
-    /// What [`FromWorker::Need`] asked for: its bytes follow.
+    /// File that [`FromWorker::Need`] asked for: its bytes follow.
     File {
         /// Its name as it can be shown, where it is another than what was asked for.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -42,7 +42,7 @@ pub enum ToWorker {
     },
 }
 
-/// What holds for all work of a worker.
+/// Settings of all work of a worker.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Start {
     /// A scene file as JSON, whose paths are absolute: what pictures have in common, without a model.
@@ -70,9 +70,9 @@ pub struct Start {
 pub struct Work {
     /// The name of the model's file: its extension says what the content does not.
     pub name: String,
-    /// What is to be made of it, for as long as the scene is the same by one load.
+    /// Pictures to draw, as long as one load serves for the scenes of all.
     pub pictures: Vec<PictureRequest>,
-    /// Whether the worker waits for [`ToWorker::Draw`] when it has loaded the model. Else it draws all.
+    /// True if the worker waits for [`ToWorker::Draw`] when it has loaded the model. Else it draws all.
     pub waits: bool,
 }
 
@@ -106,7 +106,7 @@ pub enum Missing {
     NotAllowed,
     /// There is none, or it cannot be read.
     Unreadable {
-        /// What the system says.
+        /// Message of the operating system.
         reason: String,
     },
 }
@@ -143,7 +143,7 @@ pub enum FromWorker {
     Picture {
         /// Its number.
         picture: usize,
-        /// What there is to tell.
+        /// Report on the picture.
         told: Box<Told>,
     },
     /// A picture cannot be made.
@@ -162,14 +162,14 @@ pub enum FromWorker {
     },
 }
 
-/// What there is to tell of a picture.
+/// Report on a picture.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Told {
     /// Pixels.
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// What the picture lacks.
+    /// Warnings about the picture.
     pub warnings: Vec<String>,
     /// Milliseconds by stage.
     pub stages_ms: Value,
@@ -177,7 +177,7 @@ pub struct Told {
     pub triangles: u64,
     /// Largest memory of the worker so far.
     pub peak_rss_bytes: Option<u64>,
-    /// What `overcoat render --json` tells, if it was asked for.
+    /// Report as `overcoat render --json` prints it, if it was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub report: Option<Value>,
 }
@@ -185,7 +185,7 @@ pub struct Told {
 /// Why something was not done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FailureReport {
-    /// Of what kind it is.
+    /// Class of the failure.
     pub class: FailureClass,
     /// One line.
     pub message: String,
@@ -200,7 +200,7 @@ pub struct FailureReport {
 pub enum FailureClass {
     /// The file is wrong: exit code 1.
     Failed,
-    /// What was asked for makes no sense: exit code 2.
+    /// The request makes no sense: exit code 2.
     Usage,
     /// It would cost more than is allowed: exit code 3.
     Limit,

@@ -1,4 +1,4 @@
-//! What a worker gives up before the first model comes.
+//! Rights that a worker gives up before the first model comes.
 
 use super::protocol::Start;
 use crate::failure::Failure;
@@ -27,7 +27,7 @@ pub(super) fn give_up(start: &Start, common: &Description) -> Result<(), Failure
     overcoat_sandbox::enter(&grants).map(drop).map_err(Failure::failed)
 }
 
-/// Where the system knows such bounds.
+/// Limits memory, prevents core dumps and ties the worker's life to that of its parent, where the system can.
 fn bound(start: &Start) -> Result<(), Failure> {
     if let Some(bytes) = start.memory {
         bound_memory(bytes).map_err(|e| Failure::failed(format!("memory cannot be limited: {e}")))?;

@@ -17,10 +17,10 @@ use std::ops::Range;
 /// and many for one call.
 const PIECE: usize = 1 << 17;
 
-/// The same for single elements: what lies between two that are this close is read with them.
+/// Largest gap in bytes between single elements that is read with them, instead of a call for each.
 const GAP: usize = 1 << 12;
 
-/// Which elements are read.
+/// Elements that are read.
 #[derive(Clone, Debug)]
 pub(super) enum Pick {
     /// A run of them.
@@ -30,7 +30,7 @@ pub(super) enum Pick {
 }
 
 impl Pick {
-    /// How many.
+    /// Number of picked elements.
     pub(super) fn len(&self) -> usize {
         match self {
             Self::Range(range) => range.len(),
@@ -171,7 +171,7 @@ pub(super) fn resolve<'a>(
             let least = size.get() as u64;
             let stride = match root.buffer_views.at(view.get())?.byte_stride {
                 Some(stride) if declared && stride.0 != 0 => stride.0,
-                // What was compressed as padded elements is not packed because its view does not say so.
+                // Compressed data of padded elements stays padded where its view has no stride.
                 _ if declared => buffers.compressed_stride(view).unwrap_or(least),
                 _ => least,
             };
@@ -383,7 +383,8 @@ fn is_plain(same_type: bool, stride: NonZeroUsize, size: usize) -> bool {
     same_type && stride.get() == size && cfg!(target_endian = "little")
 }
 
-/// Where element number `first` of a file begins. A place that has no number is behind the end of every file.
+/// Byte offset of element number `first` of a file. It saturates on overflow, and thus lies behind the end of every
+/// file.
 fn place(first: usize, stride: NonZeroUsize) -> u64 {
     (first as u64).saturating_mul(stride.get() as u64)
 }
@@ -588,7 +589,7 @@ mod tests {
                 assert_eq!(scalar(Source::File(part)), scalar(Source::Memory(&bytes)));
             }
         }
-        // What is no longer there is an error.
+        // Bytes that no longer exist are an error.
         let base = strided(Source::File(Part::new(&shared, 399_000, 3000)), 12);
         let cut = Elements { base, ..elements(&[], 12, Component::F32, false, Kind::Vec3) };
         assert!(matches!(cut.floats::<3>(&Pick::Range(0..250)), Err(LoadError::Io(_))));

@@ -1,7 +1,7 @@
 //! Animations of the file: which there are, and the one that is played.
 //!
-//! What of an animation cannot be played is left out with a warning that names the channel; a limit that it exceeds
-//! ends the loading.
+//! Channels that cannot be played are left out with a warning that names them; a limit that they exceed ends the
+//! loading.
 
 use super::FORMAT;
 use super::accessor::{self, Component, Pick};
@@ -19,7 +19,7 @@ use overcoat_core::suggest::{nearest_name, suggestion};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What an animation is about to change.
+/// Channels of an animation that can be played, before their key frames are read.
 pub(super) struct Channels {
     /// Number of the animation.
     index: usize,
@@ -50,7 +50,7 @@ pub(super) fn choose(root: &Root, chosen: &str) -> Result<usize, LoadError> {
     }
     let known = if known.is_empty() { " none".to_owned() } else { known.join(",") };
     let shown: String = chosen.escape_debug().take(64).collect();
-    // Of a file with very many, the first are looked at.
+    // Files may have very many: only the first are looked at.
     let names = root.animations.iter().take(1000).filter_map(|a| a.name.as_deref());
     let nearest = nearest_name(chosen, names).map(|name| name.escape_debug().take(64).collect::<String>());
     let hint = suggestion(nearest.as_deref());
@@ -101,7 +101,7 @@ pub(super) fn channels(
     Ok(Channels { index, list })
 }
 
-/// What a channel changes; nothing, or why that cannot be played.
+/// Target of a channel; `None` if it animates nothing. The error says why it cannot be played.
 fn target(root: &Root, channel: &model::Channel) -> Result<Option<Target>, String> {
     let given = &channel.target;
     let target = match given.path.as_str() {
@@ -136,7 +136,7 @@ fn target(root: &Root, channel: &model::Channel) -> Result<Option<Target>, Strin
 }
 
 impl Channels {
-    /// What is changed.
+    /// Animated properties, in the order of the channels.
     pub(super) fn targets(&self) -> impl Iterator<Item = Target> {
         self.list.iter().map(|(_, target, _)| *target)
     }
@@ -154,12 +154,12 @@ impl Channels {
         warnings: &mut Warnings,
     ) -> Result<Animation, LoadError> {
         let mut tracks = Vec::new();
-        // What a sampler means depends on what it is for.
+        // The meaning of a sampler depends on its target.
         let mut known: BTreeMap<(Index, usize, bool), Option<Arc<Curve>>> = BTreeMap::new();
         for &(k, target, sampler) in &self.list {
             let width = target.width(root);
             let rotation = matches!(target, Target::Rotation(_));
-            // What the channel changes in a pose.
+            // Memory of the channel's values in a pose.
             budget.charge(|| channel_name(root, self.index, k), width as u64, 16)?;
             let curve = match known.get(&(sampler, width, rotation)) {
                 Some(curve) => curve.clone(),
@@ -288,7 +288,7 @@ impl Animation {
         std::iter::once(0.0).chain(all.into_iter().skip(skipped).step_by(step)).collect()
     }
 
-    /// What it has changed at a time.
+    /// Values of all animated properties at a time in seconds.
     pub(super) fn pose(&self, time: f64) -> Pose {
         let mut pose = Pose::default();
         for (target, curve) in &self.tracks {

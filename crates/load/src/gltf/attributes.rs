@@ -1,4 +1,4 @@
-//! What the vertices of a primitive, or of one of its morph targets, have.
+//! Vertex attributes of a primitive, or of one of its morph targets.
 
 use super::list::Index;
 use super::splats;
@@ -22,7 +22,7 @@ pub(super) struct Attributes {
     pub joints: Vec<(u32, Index)>,
     /// WEIGHTS_n with their numbers, in ascending order.
     pub weights: Vec<(u32, Index)>,
-    /// Those of KHR_gaussian_splatting, if there are any.
+    /// Attributes of KHR_gaussian_splatting, if there are any.
     pub splats: Option<Box<splats::Attributes>>,
 }
 

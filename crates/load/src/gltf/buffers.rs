@@ -1,4 +1,4 @@
-//! Where the bytes are: buffers, buffer views and URIs.
+//! Access to binary data: buffers, buffer views and URIs.
 
 use super::FORMAT;
 use super::list::Index;
@@ -32,12 +32,12 @@ pub(super) struct Buffers<'a> {
     held: Vec<(u64, Vec<u8>)>,
     /// Compressed views that something needs.
     compressed: BTreeMap<Index, Decompressed>,
-    /// Those of them that have not been decompressed so far.
+    /// Compressed views that have not been decompressed so far.
     pending: Vec<Index>,
-    /// What is said of buffers that have fewer bytes than they say, and of views that reach beyond them.
+    /// Warnings about buffers that are shorter than they say, and about views that reach beyond their buffer.
     short: Vec<String>,
     nearby: Nearby,
-    /// What is to be said of where files were found.
+    /// Warnings about files that were found at another place than the document names.
     pub(super) notes: Vec<String>,
 }
 
@@ -46,7 +46,7 @@ struct Decompressed {
     layout: meshopt::Layout,
     /// Empty until [`Buffers::decompress`].
     bytes: Vec<u8>,
-    /// Why there are none then.
+    /// Reason why there are none after that.
     damage: Option<String>,
 }
 
@@ -90,7 +90,7 @@ impl<'a> Buffers<'a> {
             let (start, length) = (given.byte_offset.0, given.byte_length.0);
             let there = self.source(index).len();
             let declared = self.root.buffers.get(index).map_or(0, |buffer| buffer.byte_length.0);
-            // Of a short buffer enough is said, and what has nothing to it is an error.
+            // A short buffer has been warned of already, and a view that begins behind the buffer is an error.
             if start.saturating_add(length) > there
                 && start <= there
                 && declared <= there
@@ -131,7 +131,7 @@ impl<'a> Buffers<'a> {
         Ok(())
     }
 
-    /// How a view is compressed, if it is. The fallback that such a view has in its place is not read.
+    /// Compression of a view, if it has any. The uncompressed fallback of such a view is never read.
     fn compression(&self, view: Index) -> Option<&'a Compressed> {
         let extensions = self.root.buffer_views.get(view.get())?.extensions.as_deref()?;
         extensions.khr_meshopt.as_ref().or(extensions.ext_meshopt.as_ref())
@@ -218,7 +218,7 @@ impl<'a> Buffers<'a> {
                 _ => return Err(malformed(format!("buffer {index} has neither a URI nor a binary chunk"))),
             },
         };
-        // What it lacks may be padding; if not, what lies there is not drawn.
+        // The missing bytes may be padding; if not, the data in them is not drawn.
         let found = bytes.source().len();
         if found < length {
             self.short.push(format!("buffer {index} has {found} bytes where its byteLength says {length}"));

@@ -164,7 +164,7 @@ pub fn join(container: &[u8], json: &[u8]) -> Result<Vec<u8>, LoadError> {
     let Some(([_, version, length, claimed, kind], chunks)) = words(container) else {
         return Err(LoadError::malformed(FORMAT, "the container is cut off"));
     };
-    // What a header of a right length leaves out is no part of the file.
+    // Bytes beyond the length in the header, if it is plausible, are no part of the file.
     let whole = usize::try_from(length).ok().and_then(|length| length.checked_sub(20));
     let chunks = whole.and_then(|length| chunks.get(..length)).unwrap_or(chunks);
     let behind = usize::try_from(claimed).ok().map(|claimed| boundary(chunks, claimed).1);

@@ -20,7 +20,7 @@ use std::collections::BTreeSet;
 /// Vertices of a job.
 const BLOCK: usize = 4096;
 
-/// How the nodes of a scene use a mesh.
+/// Deformation of a mesh by all nodes of a scene that use it, united.
 #[derive(Debug, Default)]
 pub(super) struct Usage {
     /// One of them has a skin.
@@ -29,7 +29,7 @@ pub(super) struct Usage {
     pub targets: BTreeSet<usize>,
 }
 
-/// What a primitive moves by. Empty: it stands still.
+/// Sources of a primitive's deformation: skin and morph targets. Empty if it does not deform.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Source {
     /// JOINTS_n and WEIGHTS_n.
@@ -38,7 +38,7 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// What a primitive is moved by where its mesh is used as described.
+    /// Sources of the deformation of a primitive whose mesh is used as `usage` says.
     pub(super) fn new(
         given: &model::Primitive,
         usage: &Usage,
@@ -92,8 +92,8 @@ impl Source {
         self.targets.iter().map(morph::Target::bytes).fold(sets, u64::saturating_add)
     }
 
-    /// How many vertices count for one that is moved: each target, and each four joints beyond the first, is as much
-    /// work as another vertex.
+    /// Cost of a vertex, in vertices that do not deform: each morph target, and each four joints beyond the first, is
+    /// as much work as another vertex.
     pub(super) fn work(&self) -> u64 {
         (self.targets.len() as u64).saturating_add((self.sets.len() as u64).max(1))
     }
@@ -105,7 +105,7 @@ pub(super) struct Stored<'a> {
     pub buffers: &'a Buffers<'a>,
     /// Draco data, and what accessors are called in it.
     pub compressed: Option<(&'a Decoded, Vec<(Index, Index)>)>,
-    /// As many as each attribute has to have.
+    /// Number of elements that each attribute must have.
     pub vertices: u64,
     pub pick: &'a Pick,
 }
@@ -173,7 +173,7 @@ impl Stored<'_> {
     }
 }
 
-/// What a primitive moves by, read.
+/// Data of a primitive's deformation, read from the accessors.
 pub(super) struct Deform {
     sets: Vec<Influences>,
     /// Largest joint that moves a vertex.
@@ -288,7 +288,7 @@ pub(super) struct Wanted<'a> {
     pub deform: &'a Deform,
     /// In the order of [`Deform::targets`].
     pub weights: Vec<f32>,
-    /// Of the skin's joints, if it is skinned.
+    /// Joint matrices of the skin, if there is one.
     pub matrices: Option<&'a [Matrix]>,
 }
 

@@ -16,7 +16,7 @@ pub(super) const POINT_BYTES: u64 = 240;
 /// of each attribute with seams of its own.
 pub(super) const TRIANGLE_BYTES: u64 = 400;
 
-/// What a stream holds.
+/// Contents of a decoded Draco stream.
 #[derive(Debug)]
 pub(super) struct Decoded {
     /// Number of vertices.

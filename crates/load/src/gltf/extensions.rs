@@ -1,4 +1,4 @@
-//! What is done about extensions that a file uses or requires.
+//! Handling of the extensions that a file uses or requires.
 
 use super::FORMAT;
 use super::model::Root;

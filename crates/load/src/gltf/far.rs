@@ -10,7 +10,7 @@ use overcoat_scene::{Bounds, Mesh, Transform};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-/// What is measured from where.
+/// Origins: of the scene, and of the geometries whose vertices were moved towards zero.
 #[derive(Default)]
 pub(super) struct Far {
     /// Zero of the scene, in the coordinates of the file: the same in every pose.

@@ -41,7 +41,7 @@ pub(super) struct Content {
     pub node: usize,
 }
 
-/// Where the nodes of a [`Tree`] are, by place.
+/// World transforms and visibility of the nodes of a [`Tree`], in its order.
 pub(super) struct Places {
     list: Vec<Placed>,
 }
@@ -175,7 +175,7 @@ impl Tree {
         path
     }
 
-    /// Where every node is in a pose, seen from `origin`.
+    /// World transforms and visibility of all nodes in a pose, relative to `origin`.
     ///
     /// # Errors
     /// [`LoadError::Scene`] naming a visible node whose transform overflows.
@@ -239,7 +239,7 @@ fn roots(root: &Root, warnings: &mut Warnings) -> Vec<Index> {
     let mut nodes = &scene.nodes;
     let mut reached = vec![false; root.nodes.len()];
     if !reaches_mesh(root, nodes, &mut reached) && root.nodes.iter().any(|node| node.mesh.is_some()) {
-        // What a scene without a mesh reaches has none for the next ones either.
+        // Nodes that scenes without a mesh reach are marked, and not visited again for the next ones.
         let other = root.scenes.iter().position(|Scene { nodes }| reaches_mesh(root, nodes, &mut reached));
         match other.and_then(|k| Some((k, root.scenes.get(k)?))) {
             Some((k, other)) => {
@@ -253,7 +253,7 @@ fn roots(root: &Root, warnings: &mut Warnings) -> Vec<Index> {
         }
     }
     let (twice, roots): (Vec<Index>, Vec<Index>) = nodes.iter().partition(|k| is_child(k));
-    // Of a cycle every node is a child.
+    // In a cycle every node is a child.
     if twice.is_empty() || roots.is_empty() {
         return nodes.clone();
     }
@@ -285,7 +285,7 @@ fn reaches_mesh(root: &Root, nodes: &[Index], reached: &mut [bool]) -> bool {
     found
 }
 
-/// Which nodes are another's child.
+/// True for nodes that are the child of another.
 fn children(root: &Root) -> Vec<bool> {
     let mut child = vec![false; root.nodes.len()];
     for k in root.nodes.iter().flat_map(|node| &node.children) {

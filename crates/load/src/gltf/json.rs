@@ -18,8 +18,8 @@ const COMMA_BYTES: u64 = 24;
 /// The same for documents that are read a second time, or by way of a tree: maps with their keys.
 const SECOND: [u64; 2] = [1024, 128];
 
-/// Whether documents are read as they are parsed, without a tree of their values. Reading is compiled anew for each of the two
-/// ways, and the second reading of what breaks rules (`lenient.rs`) needs a tree.
+/// True if documents are deserialised while they are parsed, without a tree of their values. Each of the two ways
+/// compiles all of reading once more, and the second reading of documents that break rules (`lenient.rs`) needs a tree.
 const STREAMED: bool = cfg!(feature = "fast-loading");
 
 /// Parses the document and checks that it is glTF 2. Of one that is JSON and breaks rules, what cannot be read is left
@@ -126,13 +126,13 @@ fn charge(text: &[u8], budget: &mut Budget, [object_bytes, comma_bytes]: [u64; 2
     Ok(())
 }
 
-/// What follows a string, given what follows its first quote.
+/// The bytes behind a string, given those behind its opening quote.
 fn after_string(mut rest: &[u8]) -> &[u8] {
     loop {
         let end = rest.iter().position(|&b| b == b'"' || b == b'\\');
         match end.and_then(|end| rest.get(end..)) {
             Some([b'"', others @ ..]) => return others,
-            // What a backslash stands before is part of the string.
+            // The character behind a backslash is part of the string.
             Some([_, _, others @ ..]) => rest = others,
             _ => return &[],
         }
@@ -178,7 +178,7 @@ mod tests {
             parse(&document(name), &mut Budget::new(&Limits::default()), &mut warnings).unwrap();
             assert_eq!(warnings.finish().len(), 1, "{name:?}");
         }
-        // What is wrong elsewhere is an error as before.
+        // Errors elsewhere stay errors.
         assert!(parsed("{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"\\ud83d\"},]}").is_err());
     }
 

@@ -6,7 +6,7 @@ use crate::warnings::Warnings;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-/// What elements of the document's lists are called.
+/// Names of elements for messages, by the name of their list in the document.
 const KINDS: [(&str, &str); 14] = [
     ("accessors", "accessor"),
     ("animations", "animation"),
@@ -74,7 +74,7 @@ fn tidy(value: &mut Value) {
     }
 }
 
-/// Whether something is readable, and why not.
+/// Test of an element of the document; the error says why it cannot be read.
 type Check<'c> = dyn Fn(&Value) -> Result<(), String> + 'c;
 
 /// Leaves out what cannot be read.
@@ -183,7 +183,7 @@ fn size(value: &Value) -> u64 {
 mod tests {
     use super::*;
 
-    /// What is read of a document, and the warnings.
+    /// The document as read leniently, with the messages of the warnings.
     fn lenient(text: &str) -> (Root, Vec<String>) {
         let mut warnings = Warnings::default();
         let root = read(text.as_bytes(), "reason", &mut warnings).unwrap();

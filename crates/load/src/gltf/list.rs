@@ -65,10 +65,10 @@ impl<'de> Deserialize<'de> for Index {
 
 /// An element of a list, named in messages.
 pub(super) trait Element {
-    /// What one of them is called.
+    /// Name of this kind of element in messages.
     const KIND: &'static str;
 
-    /// What the file calls this one.
+    /// Name that the file gives this element.
     fn name(&self) -> Option<&str> {
         None
     }

@@ -9,8 +9,8 @@ use crate::warnings::Warnings;
 use overcoat_scene::parameters::{Kind, Slot};
 use overcoat_scene::{AlphaMode, Material, TextureId, TextureRef, Workflow, settle};
 
-/// What primitives without a material are made of in files that have materials: section 3.9.2 of the specification with its default factors,
-/// which is a rough white metal.
+/// Material of primitives without one, in files that have materials: section 3.9.2 of the specification with its
+/// default factors, a rough white metal.
 pub(super) fn default_material() -> Material {
     Material {
         workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None },

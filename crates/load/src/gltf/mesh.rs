@@ -28,14 +28,14 @@ pub(super) struct Source {
     pub normal: Option<Index>,
     pub tangent: Option<Index>,
     pub uvs: [Option<Index>; 2],
-    /// What they are called in the file.
+    /// Numbers `n` of the attributes `TEXCOORD_n` that become the two sets of the mesh.
     pub uv_sets: [u32; 2],
     pub color: Option<Index>,
     /// Mesh and primitive, of one that is compressed: each is decompressed for itself.
     pub draco: Option<(usize, usize)>,
     /// The texture coordinates for which tangents are made.
     pub tangents_for: Option<UvSet>,
-    /// What moves its vertices.
+    /// Skin and morph targets that deform it.
     pub deform: deform::Source,
 }
 
@@ -56,19 +56,19 @@ pub(super) fn name(root: &Root, mesh: usize, primitive: usize) -> String {
     format!("{}, primitive {primitive}", root.meshes.label(mesh))
 }
 
-/// What the use of a primitive asks of its mesh.
+/// Requirements that the use of a primitive puts on its mesh.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     /// The texture coordinates for which tangents are made.
     pub tangents_for: Option<UvSet>,
     /// The sets of texture coordinates that its material reads.
     pub uv_sets: [u32; 2],
-    /// What moves it.
+    /// Skins and morph targets of the nodes that use it.
     pub usage: &'a Usage,
 }
 
-/// What a primitive needs to become a mesh, or `None`, with a warning, if it has no triangles. Reads no data yet, but
-/// makes sure of the buffers.
+/// Plan of the mesh of a primitive; `None`, with a warning, if it has nothing to draw. Reads no data yet, but makes
+/// sure of the buffers.
 ///
 /// # Errors
 /// [`LoadError`] naming the primitive.
@@ -241,7 +241,7 @@ impl Geometry {
         }
     }
 
-    /// How a primitive is compressed, if it is.
+    /// Draco compression of a primitive, if it has any.
     pub(super) fn compression<'a>(&self, root: &'a Root) -> Option<&'a model::Draco> {
         let (mesh, primitive) = self.source.draco?;
         root.meshes.get(mesh)?.primitives.get(primitive)?.extensions.as_deref()?.draco.as_ref()

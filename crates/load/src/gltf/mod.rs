@@ -6,8 +6,8 @@
 //! and charge every allocation in the order of the file, so that a limit is met at the same element whatever the
 //! number of threads.
 //!
-//! What comes out of that is a [`Rig`]: it makes the scene in the pose of the file or at a time of one animation, with
-//! vertices moved by morph targets and skins. Nothing is read or decoded again for another time.
+//! The result is a [`Rig`]: it makes the scene in the pose of the file or at a time of one animation, with vertices
+//! moved by morph targets and skins. Nothing is read or decoded again for another time.
 
 // Whatever a file says, nothing here panics: there is no operation that could.
 mod accessor;
@@ -86,7 +86,7 @@ use texture::{Decoded, Encoded, Textures};
 /// The format in messages.
 const FORMAT: &str = "glTF";
 
-/// What is read of a file beside what its pictures need.
+/// Extent of reading: pictures alone need less than a list of contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Pictures only.
@@ -274,7 +274,7 @@ struct Loader<'a> {
     textures: Textures,
     /// Used materials in the order of first use, with their numbers in the file and provisional texture ids.
     materials: Vec<(Option<usize>, Material)>,
-    /// Which texture coordinates of the file each of them reads.
+    /// Sets of texture coordinates in the file that each of them reads.
     uv_sets: Vec<[u32; 2]>,
     /// Number in the file (`None`: the default material), whether it is without light and whether primitives have colours, to
     /// place.
@@ -537,14 +537,14 @@ fn place(textures: &mut [Option<Texture>], list: Vec<(u32, Texture)>) {
     }
 }
 
-/// What one parallel job does.
+/// Input of a parallel job.
 enum Work<'a> {
     Image(&'a Encoded),
     /// Its triangles and vertices are taken out by the job that reads it.
     Mesh(&'a Geometry, Mutex<Option<(Topological, Pick)>>),
 }
 
-/// What one parallel job gives.
+/// Result of a parallel job.
 enum Part {
     /// Or why it cannot be decoded.
     Image(Result<Decoded, String>),

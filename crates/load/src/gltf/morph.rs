@@ -21,8 +21,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Those displacements for whose attribute there is something to displace.
-    /// `uv_sets` are the numbers of the texture coordinates that are read.
+    /// Displacements of the attributes that the base mesh has; others would have nothing to displace.
     pub(super) fn new(number: usize, given: &Attributes, base: &Attributes, uv_sets: [u32; 2]) -> Self {
         let with = |displacement: Option<Index>, base: Option<Index>| base.and(displacement);
         Self {

@@ -1,4 +1,4 @@
-//! What a file needs to be drawn, before any of it is read: serial, in the order of the file.
+//! Plan of everything that a file needs to be drawn, before any data is read: serial, in the order of the file.
 
 use super::animation::Channels;
 use super::deform::Usage;
@@ -232,7 +232,7 @@ impl Loader<'_> {
     }
 }
 
-/// How the nodes of the scene use each mesh.
+/// Deformation of each mesh by all nodes of the scene that use it.
 fn usages(root: &Root, contents: &[Content], targets: &BTreeSet<Target>) -> Result<Vec<Usage>, LoadError> {
     /// Weights that many nodes share are looked at once.
     #[derive(Default)]

@@ -1,5 +1,4 @@
-//! What a channel of an animation changes: properties of nodes, and with KHR_animation_pointer whatever else the loader
-//! reads.
+//! Targets of animation channels: properties of nodes, and with KHR_animation_pointer all others that the loader reads.
 
 use super::model::Root;
 use super::properties::{PROPERTIES, Property};
@@ -7,23 +6,23 @@ use super::properties::{PROPERTIES, Property};
 /// A property that changes over time, of an element that exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Target {
-    /// Of a node.
+    /// Translation of a node.
     Translation(usize),
-    /// Of a node.
+    /// Rotation of a node, a quaternion.
     Rotation(usize),
-    /// Of a node.
+    /// Scale of a node.
     Scale(usize),
-    /// Of a node: those of its mesh's morph targets.
+    /// Morph weights of a node, in place of those of its mesh.
     Weights(usize),
-    /// Whether a node shows itself and its children.
+    /// Visibility of a node and its children.
     Visible(usize),
-    /// Of a mesh's morph targets, where a node gives none.
+    /// Morph weights of a mesh, which nodes without weights of their own use.
     MeshWeights(usize),
-    /// Of a material.
+    /// Property of a material.
     Surface(usize, Surface),
-    /// Of a light.
+    /// Property of a light.
     Light(usize, Light),
-    /// Of a camera.
+    /// Property of a camera.
     Camera(usize, Camera),
 }
 
@@ -31,11 +30,11 @@ pub(super) enum Target {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Surface {
     Number(usize),
-    /// Of KHR_texture_transform.
+    /// Offset of KHR_texture_transform.
     Offset(usize),
-    /// Of KHR_texture_transform.
+    /// Rotation of KHR_texture_transform.
     Turn(usize),
-    /// Of KHR_texture_transform.
+    /// Scale of KHR_texture_transform.
     Scale(usize),
 }
 
@@ -59,7 +58,7 @@ pub(super) enum Camera {
 }
 
 impl Target {
-    /// What a node's channel changes; `None` for paths that mean nothing.
+    /// Target of a channel with this path; `None` if the specification has no such path.
     pub(super) fn of_node(node: usize, path: &str) -> Option<Self> {
         Some(match path {
             "translation" => Self::Translation(node),
@@ -70,7 +69,7 @@ impl Target {
         })
     }
 
-    /// What the pointer of a channel leads to; `None` if that is nothing that the loader reads.
+    /// Target of the pointer of a channel; `None` if the loader does not read that property.
     pub(super) fn of_pointer(root: &Root, pointer: &str) -> Option<Self> {
         let below = |list: &str| -> Option<(usize, &str)> {
             let (index, rest) = pointer.strip_prefix(list)?.split_once('/')?;
@@ -115,7 +114,7 @@ impl Target {
         (camera < root.cameras.len()).then_some(Self::Camera(camera, property))
     }
 
-    /// How many numbers it has.
+    /// Number of components of one value.
     pub(super) fn width(self, root: &Root) -> usize {
         let targets = |mesh: usize| {
             let primitives = root.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.primitives);

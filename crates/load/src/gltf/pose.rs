@@ -1,4 +1,4 @@
-//! What an animation has changed at one time.
+//! Values that an animation gives at one time.
 
 use super::model::{Node, Root};
 use super::pointer::{Camera, Light, Surface};
@@ -10,15 +10,15 @@ use std::collections::BTreeMap;
 pub(super) struct Pose {
     nodes: BTreeMap<usize, NodePose>,
     mesh_weights: BTreeMap<usize, Vec<f32>>,
-    /// Of materials, in the order of the channels.
+    /// Properties of materials, in the order of the channels.
     pub surfaces: BTreeMap<usize, Vec<(Surface, Vec<f64>)>>,
-    /// Of lights.
+    /// Properties of lights, in the order of the channels.
     pub lights: BTreeMap<usize, Vec<(Light, Vec<f64>)>>,
-    /// Of cameras.
+    /// Properties of cameras, in the order of the channels.
     pub cameras: BTreeMap<usize, Vec<(Camera, Vec<f64>)>>,
 }
 
-/// What a node has in place of its own.
+/// Animated values of a node, in place of its own; `None` where nothing is animated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NodePose {
     pub translation: Option<[f64; 3]>,
@@ -29,7 +29,7 @@ pub(super) struct NodePose {
 }
 
 impl Pose {
-    /// What is changed of a node.
+    /// Values of a node, to be changed.
     pub(super) fn node_mut(&mut self, node: usize) -> &mut NodePose {
         self.nodes.entry(node).or_default()
     }
@@ -39,7 +39,7 @@ impl Pose {
         self.mesh_weights.insert(mesh, weights);
     }
 
-    /// Whether a node shows itself and its children, if that is changed.
+    /// Visibility of a node and its children, if it is animated.
     pub(super) fn visible(&self, node: usize) -> Option<bool> {
         self.nodes.get(&node)?.visible
     }

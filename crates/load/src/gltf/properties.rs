@@ -1,5 +1,5 @@
-//! What glTF calls the parameters of materials. Reading a material and animating it (KHR_animation_pointer) go by this one list,
-//! which is that of all members of `surface_objects.rs`.
+//! Names of material parameters in glTF. Reading a material and animating it (KHR_animation_pointer) go by this one
+//! list, which is that of all members of `surface_objects.rs`.
 
 use super::model::{Material, TextureInfo};
 use super::surface_objects::{OBJECTS, coat, glossy};
@@ -14,7 +14,7 @@ pub(super) enum Property {
     Number(Number),
     /// A texture.
     Texture(Texture),
-    /// What is not read.
+    /// A member that is not read.
     Unread(Unread),
 }
 
@@ -24,7 +24,7 @@ pub(super) struct Number {
     /// JSON pointer from the material.
     pub(super) path: &'static str,
     pub(super) goal: Goal,
-    /// What the specification takes.
+    /// Range that the specification allows.
     pub(super) range: Range,
     pub(super) width: usize,
     /// True of indices of refraction where 0 stands for a reflectance of 1, as if they were infinite.
@@ -32,7 +32,7 @@ pub(super) struct Number {
     pub(super) read: fn(&Material) -> Option<[f32; 4]>,
 }
 
-/// What a number becomes.
+/// Destination of a number.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Goal {
     /// The parameter.
@@ -41,7 +41,7 @@ pub(super) enum Goal {
     Part(&'static Parameter, usize),
     /// Emitted radiance, before its strength.
     Emission,
-    /// What multiplies it.
+    /// Factor of the emitted radiance.
     EmissionStrength,
 }
 
@@ -49,7 +49,7 @@ pub(super) enum Goal {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unread {
     pub(super) path: &'static str,
-    /// What is drawn instead.
+    /// Description of what is drawn instead, for the warning.
     pub(super) instead: &'static str,
     /// True if the file has it, and it would show.
     pub(super) matters: fn(&Material) -> bool,
@@ -79,7 +79,7 @@ impl Property {
         }
     }
 
-    /// What messages call it: the last name of its path, with the texture that it belongs to.
+    /// Name in messages: the last one of its path, with the texture that it belongs to.
     pub(super) fn label(&self) -> String {
         let mut names = self.path().rsplit('/');
         let last = names.next().unwrap_or_default();

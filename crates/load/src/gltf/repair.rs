@@ -8,7 +8,7 @@ pub(super) struct Repaired {
 }
 
 impl Repaired {
-    /// What was done: one line.
+    /// Description of the repair: one line.
     pub(super) fn message(&self) -> &'static str {
         if self.replaced {
             "JSON: text that is not Unicode is read with U+FFFD in it"
@@ -27,7 +27,7 @@ pub(super) fn repaired(text: &[u8], pairs: bool) -> Option<Repaired> {
     let (mut replaced, mut doubled, mut in_string) = (false, false, false);
     let mut rest = text;
     while let Some((&byte, after)) = rest.split_first() {
-        // What stands for how many bytes.
+        // Replacement, and the number of bytes that it stands for.
         let (kept, length): (&[u8], usize) = match byte {
             b'"' => {
                 in_string = !in_string;

@@ -19,7 +19,7 @@ const MOST_MOMENTS: usize = 32;
 /// nothing.
 pub(super) fn or_first_visible(rig: Rig, read: impl Fn(usize) -> Result<Rig, LoadError>, jobs: &Jobs) -> Rig {
     let count = rig.root.animations.len().min(MOST_ANIMATIONS);
-    // What cannot be made into a scene says so when it is asked for.
+    // Errors of making the scene are reported when it is asked for.
     if count == 0 || rig.surely_shows() || rig.shows(jobs) != Some(false) {
         return rig;
     }

@@ -24,14 +24,14 @@ const OF_THE_MODEL: [&str; 4] = ["alpha_cutoff", "normal_scale", "coat_normal_sc
 /// Textures that stay with a surface whatever it is made of.
 const SHAPES: [&str; 3] = ["normal_texture", "occlusion_texture", "coat_normal_texture"];
 
-/// What is part of [`Kind::Switch`] and [`Kind::Name`] and has a place in glTF, or needs none.
+/// Parameters of [`Kind::Switch`] and [`Kind::Name`] that glTF has members for, or that need none.
 const ELSEWHERE: [&str; 4] = ["model", "alpha_mode", "double_sided", "unlit"];
 
 const GLOSSY: &str = "KHR_materials_pbrSpecularGlossiness";
 const UNLIT: &str = "KHR_materials_unlit";
 const COAT: &str = "extensions/KHR_materials_coat/";
 
-/// What becomes of the textures of a material.
+/// Treatment of the material's textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OwnTextures {
     /// They multiply what is put.
@@ -40,7 +40,7 @@ pub enum OwnTextures {
     Replaced,
 }
 
-/// What has become of a material.
+/// Report on a material that has been rewritten.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Put {
     /// Members with their new values, as JSON.
@@ -57,7 +57,7 @@ pub struct Put {
 #[derive(Debug)]
 pub struct Rewriter {
     bytes: Vec<u8>,
-    /// Where the JSON is in it.
+    /// Range of the JSON in the file, in bytes.
     place: Range<usize>,
     is_container: bool,
     /// The JSON as it was.
@@ -101,7 +101,7 @@ impl Rewriter {
         self.is_container
     }
 
-    /// What was wrong with the file.
+    /// Warnings about the file.
     pub fn warnings(&self) -> Vec<crate::Warning> {
         self.warnings.clone().finish()
     }
@@ -151,7 +151,7 @@ impl Rewriter {
             }
             let (mut numbers, before) = (parameter.numbers(found), parameter.numbers(&given));
             if name == "base_color" && textures == OwnTextures::Replaced {
-                // Of the edges, as alphaMode.
+                // The alpha of the file decides about edges, as alphaMode does.
                 let ([.., alpha], [.., own]) = (&mut numbers, before);
                 *alpha = own;
             }
@@ -239,7 +239,7 @@ impl Rewriter {
 
     /// The same as a scene has it, without textures.
     fn read(&self, text: &str) -> Result<Material, LoadError> {
-        // What is wrong with its numbers has been said, or is not changed.
+        // Warnings about its numbers have been given, or are about values that do not change.
         let mut quiet = Warnings::default();
         let (mut read, _) = material::convert(&self.alone(text)?, 0, &mut Textures::default(), &mut quiet)?;
         for (_, slot) in slots() {
@@ -292,7 +292,7 @@ impl Rewriter {
     }
 }
 
-/// Where a parameter stands in a material: everywhere where it does already, else at one place.
+/// Members of a material that hold a parameter: all that are there, else the one to be added.
 fn places(
     parameter: &Parameter,
     text: &str,
@@ -355,7 +355,7 @@ fn glowing(
     Ok(text)
 }
 
-/// What a material has beside numbers that glTF has a place for.
+/// Names of parameters that are set and that glTF has no member for: switches, names and textures.
 fn elsewhere(found: &Material) -> Vec<&'static str> {
     let default = Material::default();
     let is_lost = |parameter: &&Parameter| match parameter.kind {
@@ -375,7 +375,7 @@ fn changed_text(json: &[u8]) -> Result<&str, LoadError> {
     Ok(str::from_utf8(json).map_err(|error| refused(&error))?.trim_end_matches('\0'))
 }
 
-/// Whether the model that a material is for reads a parameter.
+/// True if the shading model of a material reads a parameter.
 fn model_reads(found: &Material, parameter: &Parameter) -> bool {
     parameter.models().contains(&found.model.unwrap_or_default())
 }
@@ -424,7 +424,7 @@ mod tests {
         (String::from_utf8(rewriter.bytes().unwrap()).unwrap(), put)
     }
 
-    /// What is read back is what was put.
+    /// The material as read back from a written file.
     fn material(text: &str) -> Material {
         rewriter(text).material(0).unwrap()
     }
@@ -490,7 +490,7 @@ mod tests {
 
     #[test]
     fn numbers_stand_where_the_file_has_them() {
-        // Of several coats that which is read; a draft's name that the file uses, else the newest.
+        // Of several coats the one that is read; a draft's name that the file uses, else the newest.
         let mut found = metal();
         found.lobes.coat.color.factor = [0.5, 0.25, 0.125];
         found.lobes.coat.ior = 1.75;

@@ -27,7 +27,7 @@ pub(super) struct Draw {
     pub material: usize,
 }
 
-/// What a node draws.
+/// A node that draws something.
 pub(super) struct Drawn {
     pub node: Content,
     /// The draws of its mesh.
@@ -38,11 +38,11 @@ pub(super) struct Drawn {
     pub copies: Option<Vec<Transform>>,
     /// Number of its skin.
     pub skin: Option<usize>,
-    /// Where the weights of its morph targets come from.
+    /// Source of the weights of its morph targets.
     pub weights: Weights,
 }
 
-/// Where the weights of morph targets come from.
+/// Source of the weights of morph targets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Weights {
     /// From this mesh of the file.
@@ -51,7 +51,7 @@ pub(super) enum Weights {
     Node(usize, usize),
 }
 
-/// What makes a mesh another one than the stored: the geometry, the skin, the weights.
+/// Key of a posed mesh: geometry, skin, and source of the morph weights. Uses with equal keys share a mesh.
 pub(super) type PoseKey = (usize, Option<usize>, Option<Weights>);
 
 /// A file that has been read.
@@ -67,7 +67,7 @@ pub(crate) struct Rig {
     pub(super) skins: BTreeMap<usize, Skin>,
     /// In the order of the tree.
     pub(super) draws: Vec<Drawn>,
-    /// What is or may become visible.
+    /// Nodes that are or may become visible.
     pub(super) contents: Vec<Content>,
     /// The animation that is played, with its number.
     pub(super) animation: Option<(usize, Animation)>,
@@ -75,11 +75,11 @@ pub(crate) struct Rig {
     pub(super) stands_in: Option<f64>,
     /// Every animation of the file, if that was asked for.
     pub(super) animations: Vec<AnimationInfo>,
-    /// What is measured from where.
+    /// Origins of the scene and of geometries that are far from zero.
     pub(super) far: Far,
-    /// Which way is up.
+    /// Axis that is up, and the front.
     pub(super) orientation: Orientation,
-    /// Of reading the file.
+    /// Warnings of reading the file.
     pub(super) warnings: Warnings,
 }
 
@@ -304,7 +304,8 @@ impl Rig {
         Ok(())
     }
 
-    /// What a node makes of a geometry. `known`: weights that have been looked up, `None` where all are 0.
+    /// Key of the mesh that a node makes of a geometry. `known`: morph weights that have been looked up, `None` where
+    /// all are 0.
     fn key(
         &self,
         geometry: usize,

@@ -3,7 +3,7 @@
 use overcoat_core::math::double::{atan2, sin};
 use std::num::NonZeroUsize;
 
-/// How values follow from key frames.
+/// Interpolation between key frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interpolation {
     /// The value of the key frame before.

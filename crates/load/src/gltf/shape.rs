@@ -21,7 +21,7 @@ const MAX_COLOR: f32 = 65504.0;
 pub(super) struct Shape {
     /// As it is stored.
     pub mesh: Mesh,
-    /// What moves its vertices.
+    /// Skin and morph targets that deform it.
     pub deform: Option<Deform>,
     /// The first primitive that needs it, for messages.
     pub of: (usize, usize),
@@ -34,19 +34,19 @@ pub(super) struct Topological {
     pub span: (u32, u32),
     /// The vertices, of a primitive that was compressed.
     decoded: Option<draco::Decoded>,
-    /// How many were left out because their vertices are not there.
+    /// Number of triangles left out because their vertices do not exist.
     pub left_out: usize,
 }
 
 impl Topological {
-    /// Nothing to draw.
+    /// Empty topology, of which nothing is drawn.
     pub(super) fn nothing() -> Self {
         Self { triangles: Vec::new(), span: (0, 0), decoded: None, left_out: 0 }
     }
 }
 
 impl Shape {
-    /// Nothing to draw, in place of a primitive that cannot be read.
+    /// Empty mesh, in place of a primitive that cannot be read.
     ///
     /// # Errors
     /// [`LoadError::Scene`] never: there is nothing to be wrong.
@@ -199,7 +199,7 @@ impl Geometry {
             )),
         }
         data.kind = self.source.topology.kind();
-        // Where every vertex is a point, in order, they need not be listed.
+        // If every vertex is a point, in order, they need not be listed.
         let in_order = |data: &MeshData| {
             let mut listed = data.triangles.iter().zip(0_u32..);
             data.triangles.len() == data.positions.len()
@@ -289,7 +289,7 @@ impl Geometry {
             return Ok(data);
         }
         data.positions = attribute(source.position, "POSITION", &[Kind::Vec3])?.floats(pick)?;
-        // What cannot be read of the rest is left out.
+        // Other attributes that cannot be read are left out.
         let mut notes = Vec::new();
         let mut optional = |what: &str, index: Option<Index>, kinds: &[Kind]| {
             let result = attribute(index?, what, kinds);

@@ -83,7 +83,7 @@ pub(super) fn read(
 }
 
 impl Skin {
-    /// How many joints.
+    /// Number of joints.
     pub(super) fn len(&self) -> usize {
         self.joints.len()
     }

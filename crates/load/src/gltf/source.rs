@@ -10,7 +10,8 @@ use std::fs::File;
 /// A file that several threads read from.
 pub(super) struct Shared<'a> {
     file: &'a File,
-    /// Where there is no reading at a place, one thread at a time moves the file's own.
+    /// Lock of the file's position: systems without reads at an offset have only one, which one thread at a time may
+    /// move.
     #[cfg(not(unix))]
     turn: std::sync::Mutex<()>,
 }
@@ -73,7 +74,7 @@ impl<'a> Part<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// How many bytes.
+    /// Length in bytes.
     pub(super) fn len(&self) -> u64 {
         match self {
             Self::Memory(bytes) => bytes.len() as u64,

@@ -77,7 +77,7 @@ pub(super) struct Source {
     scale: Index,
     opacity: Index,
     base: Index,
-    /// Of degrees 1 and above, order by order.
+    /// Coefficients of spherical harmonics of degrees 1 and above, order by order.
     harmonics: Vec<Index>,
     degree: u8,
     color_space: SplatColorSpace,
@@ -98,8 +98,8 @@ const SPLAT_BYTES: u64 = 2 * size_of::<Splat>() as u64;
 /// Bytes of a coefficient: as read, and as kept.
 const COEFFICIENT_BYTES: u64 = 12 + 6;
 
-/// What is needed of a primitive of splats; `None`, with a warning, of one that lacks something, which is drawn as points then.
-/// Reads no data yet, but makes sure of the buffers.
+/// Plan of a primitive of splats; `None`, with a warning, if an attribute is missing: it is drawn as points then. Reads
+/// no data yet, but makes sure of the buffers.
 ///
 /// # Errors
 /// [`LoadError`] naming the primitive.
@@ -170,7 +170,7 @@ pub(super) fn plan(
     }))
 }
 
-/// What the extension says of colours and order. What is not known is warned of, and the default stands for it.
+/// Colour space and sorting order that the extension gives. Unknown ones are warned of and replaced by the default.
 fn conventions(
     extension: &GaussianSplatting,
     name: &impl Fn() -> String,

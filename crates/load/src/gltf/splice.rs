@@ -5,7 +5,7 @@ use serde_json::value::RawValue;
 use std::fmt;
 use std::ops::Range;
 
-/// Why a text cannot be changed: it is no JSON, or something is no object.
+/// Error for a text that cannot be changed: it is no JSON, or something is no object.
 pub type Refused = serde_json::Error;
 
 /// The members of an object in their order, each with the text of its value.
@@ -31,7 +31,7 @@ impl<'de> Deserialize<'de> for Members<'de> {
     }
 }
 
-/// Where a part of a text lies in it.
+/// Byte range of a part within the text.
 fn range(text: &str, part: &RawValue) -> Range<usize> {
     let start = part.get().as_ptr().addr().saturating_sub(text.as_ptr().addr());
     start..start.saturating_add(part.get().len())
@@ -50,7 +50,7 @@ fn spliced(text: &str, range: Range<usize>, other: &str) -> String {
 pub fn get<'a>(object: &'a str, path: &[&str]) -> Result<Option<&'a str>, Refused> {
     let [name, rest @ ..] = path else { return Ok(Some(object)) };
     let Members(members) = serde_json::from_str(object)?;
-    // Of two of one name the last one counts.
+    // Of duplicate members the last one counts.
     match members.iter().rfind(|(member, _)| member == name) {
         Some((_, value)) => get(value.get(), rest),
         None => Ok(None),
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(set(&["a", "q\""], "1"), TEXT.replace("null", "null,\"q\\\"\":1"));
         assert_eq!(super::set("{ }", &["k"], "1").unwrap(), "{\"k\":1}");
         assert!(super::set("[1]", &["k"], "1").is_err() && super::set(TEXT, &["b", "k"], "1").is_err());
-        // Of two of one name it is the one that counts.
+        // Of duplicate members the one that counts is replaced.
         assert_eq!(super::set("{\"k\":1,\"k\":2}", &["k"], "3").unwrap(), "{\"k\":1,\"k\":3}");
     }
 

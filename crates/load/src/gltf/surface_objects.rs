@@ -128,7 +128,7 @@ const fn path_bytes<const LENGTH: usize>(object: &str, member: &str) -> [u8; LEN
 
 /// A member of one to four numbers.
 trait Numbers {
-    /// As many as there are, then zeros.
+    /// The numbers of the member, followed by zeros.
     fn numbers(&self) -> [f32; 4];
 }
 

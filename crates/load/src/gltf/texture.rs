@@ -33,7 +33,7 @@ struct Form {
 /// An image that some material needs.
 struct Needed {
     image: usize,
-    /// What the file has in its place for programs that do not read it.
+    /// Fallback image that the file has for programs that do not read this one.
     substitute: Option<usize>,
     /// Material and slot of the first use, and the number of those beside it.
     used: (String, u64),
@@ -171,7 +171,7 @@ impl Textures {
         Ok(encoded)
     }
 
-    /// How many provisional ids there are.
+    /// Number of provisional ids.
     pub(super) fn count(&self) -> usize {
         self.count as usize
     }
@@ -226,7 +226,7 @@ impl Lost<'_> {
     }
 }
 
-/// Where encoded bytes lie.
+/// Source of encoded bytes.
 enum Bytes {
     Own(Vec<u8>),
     View(Index),
@@ -236,7 +236,7 @@ enum Bytes {
 pub(super) struct Encoded {
     /// The image in messages.
     what: String,
-    /// What uses it, to stand behind that.
+    /// First use of the image, appended to its name in messages.
     used: String,
     bytes: Bytes,
     header: Header,
@@ -306,7 +306,7 @@ impl Encoded {
         forms.iter().enumerate().map(texture).collect()
     }
 
-    /// What is to be said of a kind of picture that glTF does not have.
+    /// Warning about an image of a format that glTF does not allow.
     fn unusual(&self) -> Option<String> {
         let kind = self.header.unusual()?;
         Some(format!("{}{}: it is {kind}, which glTF does not have", self.what, self.used))
@@ -364,7 +364,7 @@ impl ImageSource for Source {
 pub(super) struct Decoded {
     /// With their provisional ids.
     textures: Vec<(u32, Texture)>,
-    /// What is wrong with the image, though it can be drawn.
+    /// Defects of the image that do not prevent its use.
     flaws: Vec<String>,
 }
 

@@ -1,8 +1,8 @@
-//! How vertices form points, lines and triangles: the `mode` of a primitive.
+//! Topology of primitives: the `mode` by which vertices form points, lines and triangles.
 
 use overcoat_scene::PrimitiveKind;
 
-/// How vertices form points, lines or triangles.
+/// Topology of a primitive: points, lines or triangles, and the vertices that each of them has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Topology {
     /// Three vertices each.
@@ -29,7 +29,7 @@ impl Topology {
         all.get(mode as usize).copied()
     }
 
-    /// What they are.
+    /// Kind of the primitives.
     pub(super) fn kind(self) -> PrimitiveKind {
         match self {
             Self::List | Self::Strip | Self::Fan => PrimitiveKind::Triangles,
@@ -38,7 +38,7 @@ impl Topology {
         }
     }
 
-    /// How many triangles, lines or points so many vertices form.
+    /// Number of triangles, lines or points that so many vertices form.
     pub(super) fn triangles(self, vertices: u64) -> u64 {
         match self {
             Self::List => vertices / 3,
@@ -51,7 +51,7 @@ impl Topology {
         }
     }
 
-    /// How many vertices form so many of them, at least one.
+    /// Number of vertices that form `count` triangles, lines or points, of which there is at least one.
     pub(super) fn vertices(self, count: usize) -> usize {
         match self {
             Self::List => count.saturating_mul(3),

@@ -34,7 +34,7 @@ pub(super) fn chosen(root: &Root, name: Option<&str>) -> Result<Option<Index>, L
         Some(unlisted) => known.push(format!("{unlisted} more")),
     }
     let known = known.join(", ");
-    // Of a file with very many, the first are looked at.
+    // Files may have very many: only the first are looked at.
     let names = variants.iter().take(1000).map(|variant| variant.name.as_str());
     let hint = suggestion(nearest_name(name, names).map(short).as_deref());
     let shown = short(name);

@@ -51,13 +51,13 @@ fn chosen(scene: &Scene, name: Option<&str>) -> Result<BTreeSet<MaterialId>, Ass
     let names: BTreeSet<&str> = materials.iter().map(|m| m.name.as_str()).filter(|n| !n.is_empty()).collect();
     Err(AssignError::NoSuchMaterial {
         name: name.to_owned(),
-        // Of hostile files, which may have a million names, the first few thousand will do.
+        // Hostile files may have a million names: the first few thousand will do.
         nearest: nearest_name(name, names.iter().copied().take(4096)).map(str::to_owned),
         names: names.into_iter().map(str::to_owned).collect(),
     })
 }
 
-/// What decides that two uses are one texture.
+/// Identity of a texture: uses with equal forms share one.
 #[derive(Clone, Debug, PartialEq)]
 struct Form {
     /// Files and channels; channel 4 stands for all.
@@ -79,7 +79,7 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// What material `id` becomes.
+    /// The material that material `id` of the scene becomes.
     fn material(&mut self, id: MaterialId) -> Result<Material, AssignError> {
         let no_such = SceneError::NoSuch { what: "material", index: id.index() as u32 };
         let own = self.scene.materials().get(id.index()).ok_or(no_such)?;

@@ -1,4 +1,4 @@
-//! What is wrong with a material file. Files of this kind are written by hand, so the messages help to mend them.
+//! Errors in material files. They are written by hand, so the messages help to mend them.
 
 use crate::ResolveError;
 use overcoat_core::limits::LimitExceeded;
@@ -6,18 +6,18 @@ use overcoat_core::suggest::suggestion;
 use overcoat_scene::SceneError;
 use std::fmt;
 
-/// Why a material file is refused: the place and the reason. Who opened the file puts its name before it.
+/// Error in a material file: the place and the reason. Callers that opened the file put its name before the message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialError {
     /// Line of the file, from 1; `None` if the file as a whole is meant.
     pub line: Option<usize>,
     /// The key, with those of the tables around it: `coat_texture.channel`.
     pub key: Option<String>,
-    /// What is wrong.
+    /// The reason.
     pub reason: MaterialErrorReason,
 }
 
-/// What is wrong with a material file.
+/// Reason why a material file is refused.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MaterialErrorReason {
@@ -25,7 +25,7 @@ pub enum MaterialErrorReason {
     Unreadable(String),
     /// It has more bytes than a material file may have, or `limits` allow.
     TooLarge {
-        /// How many it may have.
+        /// Most bytes that it may have.
         limit: u64,
     },
     /// It is not TOML.
@@ -57,16 +57,16 @@ pub enum MaterialErrorReason {
     },
     /// A value is of another kind than the key takes.
     WrongType {
-        /// What the key takes.
+        /// Value that the key takes.
         expected: &'static str,
-        /// What is there.
+        /// Value that was found.
         found: String,
     },
     /// Two keys contradict each other.
     Conflict {
         /// The other key.
         other: &'static str,
-        /// Why both cannot be.
+        /// Reason why both cannot be.
         why: &'static str,
     },
     /// The key means nothing without another one.
@@ -80,7 +80,7 @@ pub enum MaterialErrorReason {
     Picture {
         /// The file as written.
         name: String,
-        /// What is wrong with it.
+        /// The reason why it is refused.
         why: String,
     },
     /// It asks for more than the limits allow.
@@ -169,7 +169,7 @@ impl MaterialError {
     }
 }
 
-/// Why a material cannot be laid over a scene.
+/// Error of laying a material over a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AssignError {

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 pub(super) struct Key {
     /// As written; keys of the table `[options]` with that in front: `options.three.r119`.
     pub(super) name: &'static str,
-    /// What it takes and where that goes.
+    /// Type of the value and its destination.
     pub(super) kind: Kind,
     /// One line of documentation.
     pub(super) about: &'static str,
@@ -18,12 +18,12 @@ pub(super) struct Key {
     read_by: Vec<ShadingModel>,
 }
 
-/// What a key takes.
+/// Type of a key's value.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     /// A line of text about the file.
     Description,
-    /// Whether the file is laid over the model's own material.
+    /// True if the file is laid over the model's own material.
     Over,
     /// A value of the material. A texture that stands alone, where the number that it multiplies is 0, makes that 1.
     Value(parameters::Kind),
@@ -32,13 +32,13 @@ pub(super) enum Kind {
     Part(u8, &'static Parameter),
 }
 
-/// What stands before the parameters.
+/// Keys in front of the parameters.
 const FIRST: [Key; 2] = [
     key("description", Kind::Description, "One line about the material."),
     key("over", Kind::Over, "Lay the keys given over the model's own material, instead of replacing it."),
 ];
 
-/// What stands between them, behind the one of that name.
+/// Keys between the parameters, each behind the one of the name beside it.
 const BETWEEN: [(&str, Key); 3] = [
     (
         "metallic_roughness_texture",
@@ -76,7 +76,7 @@ const fn key(name: &'static str, kind: Kind, about: &'static str) -> Key {
     Key { name, kind, about, unit: "", read_by: Vec::new() }
 }
 
-/// What files write otherwise than scenes hold it.
+/// Key of a parameter. Some are written otherwise than scenes hold them, as angles in degrees.
 fn written(parameter: &'static Parameter) -> Key {
     use parameters::Kind::{Color, Number};
     let (kind, unit) = match (parameter.name, parameter.kind) {
@@ -147,7 +147,7 @@ impl Key {
         }
     }
 
-    /// What it takes, in words.
+    /// Description of the value: type, range and unit.
     fn takes(&self) -> String {
         use parameters::Kind::{Color, ColorAndAlpha, Name, Number, Pair, Switch, Texture, Triple};
         let unit = if self.unit.is_empty() { String::new() } else { format!(", in {}", self.unit) };
@@ -179,7 +179,7 @@ impl Key {
 pub struct MaterialKey {
     /// As written; keys of the table `[options]` with that in front: `options.three.r119`.
     pub name: &'static str,
-    /// What it takes.
+    /// Description of the value: type, range and unit.
     pub takes: String,
     /// The value where it is absent, in TOML; `None` for keys without one.
     pub default: Option<String>,

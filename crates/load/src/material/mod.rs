@@ -143,7 +143,7 @@ impl MaterialFile {
         self.value("over") == Some(&Value::Switch(true))
     }
 
-    /// What a key is set to.
+    /// Value of a key; `None` if the file does not set it.
     fn value(&self, name: &str) -> Option<&Value> {
         self.settings.iter().find(|setting| setting.key.name == name).map(|setting| &setting.value)
     }

@@ -16,12 +16,12 @@ use toml::de::{DeTable, DeValue};
 pub(super) struct Setting {
     pub(super) key: &'static Key,
     pub(super) line: usize,
-    /// How the key is spelt, if not as it should be.
+    /// Spelling of the key in the file, if it differs from the name.
     pub(super) spelt: Option<String>,
     pub(super) value: Value,
 }
 
-/// What a key is set to.
+/// Value of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
     Text(String),
@@ -352,7 +352,7 @@ fn wrong_type(line: usize, key: &str, expected: &'static str, found: &DeValue<'_
     MaterialError { line: Some(line), key: Some(short(key)), reason }
 }
 
-/// What a message quotes of a file.
+/// Quotation of a file for messages: the first 80 characters, without control characters.
 fn short(text: &str) -> String {
     let mut out: String = text.chars().take(80).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().nth(80).is_some() {

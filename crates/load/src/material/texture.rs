@@ -9,18 +9,18 @@ use overcoat_core::limits::Limits;
 use overcoat_scene::{Image, Sampler, UvTransform};
 use std::sync::Arc;
 
-/// What a key says about a texture.
+/// Texture of a material file, as its key describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TextureUse {
     /// As written.
     pub(super) file: String,
-    /// Which channel, where the key takes one and the file says.
+    /// Channel, where the key takes one and the file gives it.
     pub(super) channel: Option<u8>,
     /// Set of texture coordinates.
     pub(super) uv_set: u8,
     /// Applied to the coordinates.
     pub(super) transform: UvTransform,
-    /// How it is read.
+    /// Filters and wrapping.
     pub(super) sampler: Sampler,
 }
 

@@ -16,11 +16,11 @@ use overcoat_scene::MeshData;
 /// another is made: bounds the work of files that use one position a million times.
 const SEARCHED: usize = 64;
 
-/// What a triangle takes while meshes are made, measured: corners of polygons as they are read, corners that normals are
+/// Measured memory per triangle while meshes are made: corners of polygons as they are read, corners that normals are
 /// made from, the mesh of the whole file and the parts that it is cut into.
 const BYTES_A_TRIANGLE: u64 = 144;
 
-/// What was left out on the way.
+/// Data lost on the way to meshes.
 #[derive(Debug, Default)]
 pub(super) struct Losses {
     /// Polygons whose positions are out of range of the list, or not finite.

@@ -39,7 +39,7 @@ pub(super) struct Library<'a> {
     budget: Budget,
 }
 
-/// What makes two uses of a picture the same texture.
+/// Identity of a texture: uses of a picture with equal keys share one.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct TextureKey {
     /// File names, and how they are combined: [`key`].

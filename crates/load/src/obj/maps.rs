@@ -11,7 +11,7 @@ use std::num::NonZeroU64;
 pub(super) struct Map {
     /// As it is written, until the file is found; then relative to the model, with `/` between its parts.
     pub(super) file: String,
-    /// What the name may be too, where an option that is not known stands before it.
+    /// Other possible names, where an unknown option stands before the name.
     pub(super) others: Vec<String>,
     /// The folder of the library that names it, relative to the model.
     pub(super) folder: String,
@@ -40,7 +40,7 @@ const OPTIONS: [&[u8]; 14] = [
     b"-colorspace",
 ];
 
-/// What the options of a texture statement say.
+/// Options of a texture statement.
 struct Options {
     offset: [f32; 2],
     scale: [f32; 2],

@@ -1,7 +1,7 @@
 //! Materials of OBJ files: Wavefront's Phong parameters, and the PBR extension that Exocortex, Blender and others
 //! write.
 //!
-//! How Phong becomes physically based:
+//! Conversion of Phong's parameters to physically based ones:
 //! - `Kd` is the base colour. It is read as sRGB, as it was picked on a screen, unless the material has a PBR
 //!   parameter: programs that write those work in linear colours.
 //! - Roughness follows the exponent `Ns`: alpha = sqrt(2 / (Ns + 2)) (B. Walter et al., *Microfacet Models for
@@ -43,7 +43,7 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Of the material of a library in `folder`.
+    /// A material of a library in `folder`.
     pub(super) fn new(mtl: &tobj::Material, folder: &str, warnings: &mut Warnings) -> Self {
         let extra = |name: &str| mtl.unknown_param.get(name).map(String::as_str);
         let number = |name: &str| {

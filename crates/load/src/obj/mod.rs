@@ -104,7 +104,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     Ok(finish(scene, warnings.finish()))
 }
 
-/// What a mesh takes beside its vertices and triangles, with its instance.
+/// Memory of a mesh and its instance beside vertices and triangles.
 const MESH_BYTES: u64 = 640;
 
 /// The triangles of each pair of object and material.
@@ -278,7 +278,7 @@ mod tests {
         assert_eq!(found, [1.0, 0.0, 0.0, 1.0]);
         let message = "OBJ: no face names a material: 'red', the only one of its library, is drawn";
         assert_eq!(warnings.iter().map(|w| w.message.as_str()).collect::<Vec<_>>(), [message]);
-        // Of two nobody knows which; and faces without one beside others mean none.
+        // Two materials are ambiguous; faces without one beside others mean none.
         let (clay, warnings) = color(triangle, &format!("{red}{blue}"));
         assert!(clay != found && warnings.is_empty());
         assert_eq!(color(&format!("{triangle}usemtl red\nf 1 2 3\n"), red).0, clay);

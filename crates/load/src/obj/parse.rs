@@ -31,7 +31,7 @@ pub(super) struct Section {
     pub(super) material: Option<u32>,
 }
 
-/// How often something happened, and on which line first.
+/// Number of occurrences, and the line of the first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     pub(super) count: u64,
@@ -40,7 +40,7 @@ pub(super) struct Tally {
     pub(super) word: String,
 }
 
-/// What a file consists of.
+/// Contents of a file.
 #[derive(Debug, Default)]
 pub(super) struct Obj {
     pub(super) positions: Vec<[f32; 3]>,
@@ -63,9 +63,9 @@ pub(super) struct Obj {
     pub(super) has_point_normals: bool,
     /// Names after `usemtl` in the order of their first use.
     pub(super) materials: Vec<String>,
-    /// What follows each `mtllib`, in order, without repetitions.
+    /// Arguments of each `mtllib`, in order, without repetitions.
     pub(super) libraries: Vec<String>,
-    /// What was not understood or is not drawn, by kind.
+    /// Statements that were not understood or are not drawn, by kind.
     pub(super) tallies: BTreeMap<&'static str, Tally>,
     /// True if some line was a statement of the format.
     pub(super) recognised: bool,
@@ -161,9 +161,9 @@ struct State {
 
 struct Parser<'a> {
     bytes: &'a [u8],
-    /// What has not been read of them.
+    /// Bytes that have not been read so far.
     rest: &'a [u8],
-    /// Where the positions are measured from; `None`: from the file's own.
+    /// Origin of the positions; `None`: the file's own.
     about: Option<&'a Origin>,
     obj: Obj,
     /// Numbers of material names.
@@ -496,7 +496,7 @@ impl<'a> Parser<'a> {
         self.state.used = true;
     }
 
-    /// Where the next polygon belongs.
+    /// Section that the next polygon belongs to.
     fn section(&self) -> Section {
         Section { first: self.obj.sizes.len(), object: self.state.objects, material: self.state.material }
     }
@@ -527,7 +527,7 @@ fn is_end(rest: &[u8]) -> bool {
     matches!(rest, [b'\n' | b'\r', ..])
 }
 
-/// What follows spaces.
+/// The bytes behind leading spaces.
 #[inline(always)]
 fn after_spaces(mut rest: &[u8]) -> &[u8] {
     while let [b' ', after @ ..] = rest {
@@ -544,7 +544,7 @@ fn plain_floats<const N: usize>(mut rest: &[u8]) -> Option<([f32; N], &[u8])> {
         let [b' ', start @ ..] = rest else { return None };
         (*value, rest) = leading_float(after_spaces(start))?;
     }
-    // What else begins right here is a part of the last word.
+    // Anything else that begins right here is a part of the last word.
     match rest {
         [b' ', after @ ..] => {
             let end = after_spaces(after);

@@ -35,7 +35,7 @@ const UV: usize = 6;
 pub(super) const COLOR: usize = 8;
 pub(super) const ALPHA: usize = 11;
 
-/// Which slot a property fills, if any.
+/// Slot that a property fills, with the type of its values; `None` for lists and unknown names.
 fn slot(property: &Property) -> Option<(usize, Scalar)> {
     let Kind::One(scalar) = property.kind else { return None };
     let name = property.name.as_str();
@@ -63,13 +63,13 @@ impl Slots {
         Some(measure)
     }
 
-    /// Whether all of these are filled.
+    /// True if all of these slots are filled.
     pub(super) fn has(&self, mut slots: std::ops::Range<usize>) -> bool {
         slots.all(|slot| self.0.iter().flatten().any(|&(filled, _)| filled == slot))
     }
 }
 
-/// What a value says of a point, if it is no place, direction or colour.
+/// Meaning of a point's scalar that is no position, direction or colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Measure {
     /// The number of a class: those of neighbouring classes have nothing in common.
@@ -77,12 +77,12 @@ pub(super) enum Measure {
     Class,
     /// A quantity.
     Quantity,
-    /// How strongly the point reflects, which is most of what a colour would say.
+    /// Reflectance of the point: the best substitute for a colour.
     Intensity,
 }
 
 impl Measure {
-    /// What a property of this name is. CloudCompare puts `scalar_` before the names that its users give.
+    /// Meaning of a property by its name. CloudCompare puts `scalar_` before the names that its users give.
     fn of(name: &str) -> Option<Self> {
         let name = name.to_ascii_lowercase();
         let (given, name) = match name.strip_prefix("scalar_") {
@@ -151,9 +151,9 @@ pub(super) struct Vertices {
     pub(super) colors: Vec<[f32; 4]>,
     /// Read only if there are no colours.
     pub(super) values: Vec<f32>,
-    /// What they are.
+    /// Meaning of the values.
     pub(super) measure: Measure,
-    /// Why there are not as many as the header says.
+    /// Reason why there are fewer than the header says.
     pub(super) cut: Option<String>,
 }
 
@@ -171,7 +171,7 @@ pub(super) struct Faces {
     pub(super) bad: u64,
     /// Faces of less than three corners.
     pub(super) short: u64,
-    /// Why there are not as many as the header says.
+    /// Reason why there are fewer than the header says.
     pub(super) cut: Option<String>,
     /// Name of the list that is taken for the corners, if it is none of the usual ones.
     pub(super) unusual: Option<String>,
@@ -182,7 +182,7 @@ fn item(element: &Element, number: u64) -> String {
     format!("element '{}', item {number} of {}", element.name, element.count)
 }
 
-/// Why an element is read only as far as it goes: one line.
+/// Reason why an element is read only in part: one line.
 pub(super) fn cut(element: &Element, number: u64, missing: Missing) -> String {
     let item = item(element, number);
     match missing {
@@ -191,7 +191,7 @@ pub(super) fn cut(element: &Element, number: u64, missing: Missing) -> String {
     }
 }
 
-/// How many items of an element so many bytes can hold: as many may be allocated.
+/// Number of items of an element that so many bytes can hold at most: memory may be allocated for as many.
 fn fitting(element: &Element, encoding: Encoding, bytes: usize) -> u64 {
     // The last value of a text file need not be separated from anything.
     let fitting = (bytes as u64).saturating_add(1).checked_div(element.min_size(encoding));

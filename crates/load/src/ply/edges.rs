@@ -27,7 +27,7 @@ pub(super) struct Edges {
     ends: Vec<[i64; 2]>,
     /// One per edge; empty without.
     colors: Vec<[f32; 4]>,
-    /// Why there are not as many as the header says.
+    /// Reason why there are fewer than the header says.
     pub(super) cut: Option<String>,
 }
 
@@ -228,7 +228,7 @@ mod tests {
         let [red, green] = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]];
         assert_eq!((mesh.colors(), loaded.scene.meshes().len()), (&[red, red, green, green][..], 1));
         assert!(loaded.scene.materials()[0].unlit);
-        // Those of the vertices, or none.
+        // Colours of the vertices, or none.
         assert_eq!(load(ENDS, "0 1\n", "", true).scene.meshes()[0].colors(), [[1.0; 4]; 2]);
         assert!(load(ENDS, "0 1\n", "", false).scene.meshes()[0].colors().is_empty());
         // A list is a path.

@@ -10,7 +10,7 @@ use overcoat_scene::Axis;
 /// Most elements of a header, and properties of an element: real files have a handful.
 const MOST: usize = 256;
 
-/// How the values behind the header are written.
+/// Encoding of the values behind the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -124,7 +124,7 @@ pub(super) struct Header<'a> {
     pub(super) elements: Vec<Element>,
     /// Names after `comment TextureFile`.
     pub(super) textures: Vec<String>,
-    /// What `comment Vertical Axis` names, as files of splats have it.
+    /// Axis of `comment Vertical Axis`, as files of splats have it.
     pub(super) up: Option<Axis>,
     /// Elements and properties of the type `long`: of 64 bits, or of 32 where they were written on Windows.
     pub(super) longs: Vec<(usize, usize)>,

@@ -72,7 +72,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     let mut scene = Scene::new();
     scene.set_origin(origin.0);
     let is_cloud = faces.triangles.is_empty();
-    // Where a file has faces, and be it bad ones, its vertices alone are not what it shows; nor where it has edges.
+    // A file with faces, even bad ones, or with edges is not shown by its vertices alone.
     let has_others = faces.bad > 0 || faces.short > 0 || lines.is_some();
     let is_something = !(is_cloud && (vertices.positions.is_empty() || has_others));
     if is_something {
@@ -508,7 +508,8 @@ mod tests {
             assert_eq!(loaded.scene.triangle_count(), triangles, "{body}");
             assert!(loaded.warnings[0].message.contains(warning), "{body}: {:?}", loaded.warnings);
         }
-        // Of a mesh without a face nothing can be drawn; of points those that are there. Counts cost nothing.
+        // A mesh without a face cannot be drawn; a cloud is drawn with the points that exist. Claimed counts cost
+        // nothing.
         let claims = ascii.replace("vertex 3", "vertex 40000000");
         for (text, message) in [
             (format!("{ascii}0 0 0 1 0 0 0 1"), "the file ends within element 'vertex', item 2 of 3"),
@@ -719,7 +720,7 @@ mod tests {
             loaded.scene.meshes()[0].normals().to_vec()
         };
         assert!(file(["0 0 0", "nan nan nan", "0 0 0", "-0 0 0"], "").is_empty());
-        // Where some are there, the renderer finds the others.
+        // If some have normals, the renderer finds the others.
         let some = ["1 0 0", "nan 0 0", "0 0 0", "1 0 0"];
         assert_eq!(file(some, ""), [[1.0, 0.0, 0.0], [0.0; 3], [0.0; 3], [1.0, 0.0, 0.0]]);
         let up = [0.0, 0.0, 1.0];

@@ -18,7 +18,7 @@ use overcoat_scene::{Splat, SplatCloud};
 /// Splats of a box.
 const PER_BOX: usize = 256;
 
-/// What a box says: least and largest position, scale and colour.
+/// Properties of a box: least and largest position, scale and colour.
 const BOUNDS: [&str; 18] = [
     "min_x",
     "min_y",

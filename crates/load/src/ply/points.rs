@@ -65,7 +65,7 @@ fn greys(values: &[f32], measure: Measure) -> Vec<[f32; 4]> {
         return Vec::new();
     }
     let grey = |value: &f32| {
-        // What is no number is dark.
+        // Values that are no numbers are dark.
         let part = if value.is_finite() { ((f64::from(*value) - low) / size) as f32 } else { 0.0 };
         let part = if part > 0.0 { if part < 1.0 { part } else { 1.0 } } else { 0.0 };
         let v = srgb_to_linear(DARK + (1.0 - DARK) * part);

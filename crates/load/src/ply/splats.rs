@@ -1,9 +1,9 @@
 //! PLY files of Gaussian splats, as trainers write them.
 //!
-//! Of each vertex `x y z`, the logarithms `scale_0..2`, the quaternion `rot_0..3` (w first), the `opacity` before the
-//! logistic function, and coefficients of spherical harmonics: `f_dc_0..2` of degree 0, and `f_rest_*` of the others, all of
-//! red before all of green and blue. Such files come from photographs whose cameras look along +Z with +Y down, so -Y is up,
-//! unless a comment names another `Vertical Axis`.
+//! Properties of each vertex: `x y z`, the logarithms `scale_0..2`, the quaternion `rot_0..3` (w first), the `opacity`
+//! before the logistic function, and coefficients of spherical harmonics: `f_dc_0..2` of degree 0, and `f_rest_*` of
+//! the others, all of red before all of green and blue. Such files come from photographs whose cameras look along +Z
+//! with +Y down, so -Y is up, unless a comment names another `Vertical Axis`.
 
 use super::body::{cut, skip, skip_property};
 use super::header::{Element, Encoding, Header, Kind, Scalar};
@@ -39,7 +39,7 @@ const THICKNESS: usize = 5;
 /// Bytes of a splat, but for its harmonics.
 const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
 
-/// How a file holds its splats.
+/// Layout of the splats in a file.
 pub(super) enum Layout {
     /// A number for each property.
     Plain,
@@ -47,7 +47,7 @@ pub(super) enum Layout {
     Packed,
 }
 
-/// How the file holds splats, if that is what it holds.
+/// Layout of the file's splats; `None` if it holds something else.
 pub(super) fn layout(header: &Header<'_>) -> Option<Layout> {
     let is =
         |names: &[&str]| header.elements.iter().find(|e| names.contains(&e.name.as_str()) && e.count > 0);

@@ -175,7 +175,7 @@ mod tests {
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
         assert_eq!(found(&loaded), [(1, None), (1, Some([255, 0, 0])), (2, Some([0, 0, 255]))]);
         assert_eq!(found(&load(&[1, 1], &names, &limits)), [(2, Some([0, 255, 0]))]);
-        // Of one texture the number says nothing.
+        // With one texture the number means nothing.
         assert_eq!(found(&load(&[1, 0], &names[..1], &limits)), [(2, Some([255, 0, 0]))]);
     }
 

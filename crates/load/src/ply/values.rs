@@ -12,7 +12,7 @@ pub(super) enum Values<'a> {
     BigEndian(&'a [u8]),
 }
 
-/// Why there is no value.
+/// Reason why there is no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Missing {
     /// The file has ended.
@@ -34,7 +34,7 @@ impl<'a> Values<'a> {
     #[inline]
     pub(super) fn number(&mut self, scalar: Scalar) -> Result<f32, Missing> {
         match self {
-            // What is no number is not finite either.
+            // Tokens that are no numbers become NaN, which is not finite either.
             Self::Ascii(tokens) => Ok(float(tokens.next().ok_or(Missing::End)?).unwrap_or(f32::NAN)),
             Self::LittleEndian(bytes) => binary(bytes, scalar, false).map(|v| v.0),
             Self::BigEndian(bytes) => binary(bytes, scalar, true).map(|v| v.0),

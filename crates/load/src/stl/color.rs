@@ -103,7 +103,7 @@ impl Colors {
         let mut triangles = std::mem::take(&mut mesh.triangles);
         for (triangle, &code) in triangles.iter_mut().zip(&self.codes) {
             for vertex in triangle {
-                // Where numbers have run out the vertex keeps the colour that it has.
+                // If indices have run out the vertex keeps the colour that it has.
                 if let Some((used, _)) = copies.vertex(mesh, *vertex, code.into()) {
                     *vertex = used;
                 }

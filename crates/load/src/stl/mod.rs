@@ -119,13 +119,13 @@ enum Loop {
     Empty,
     One([f32; 3]),
     Two([f32; 3], [f32; 3]),
-    /// Of a loop of more, the last triangle.
+    /// A triangle; of a loop with more corners, the last one.
     Triangle([[f32; 3]; 3]),
 }
 
 struct Reader<'a> {
     context: &'a Context<'a>,
-    /// Where positions are measured from; `None`: from the file's own.
+    /// Origin of the positions; `None`: the file's own.
     about: Option<Origin>,
     /// For the tables of positions.
     seed: u64,
@@ -347,7 +347,7 @@ impl<'a> Reader<'a> {
                 not_utf8 |= std::str::from_utf8(name).is_err();
                 self.open = Some(String::from_utf8_lossy(name).into_owned());
             } else if token.eq_ignore_ascii_case(b"endsolid") {
-                // Of the words of its name none is read where more follows on the line.
+                // The rest of the line is a name and skipped, unless facets follow on the same line.
                 let before = tokens.clone();
                 let line = tokens.rest_of_line();
                 let head = line.get(..LONGEST_NAME).unwrap_or(line);
@@ -371,7 +371,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// What follows the coordinates of a vertex that do not all have a number.
+    /// The tokens behind the coordinates of a vertex that are not all numbers.
     #[cold]
     fn after_garbage<'t>(&mut self, mut tokens: Tokens<'t>) -> Tokens<'t> {
         for _ in 0..3 {
@@ -598,7 +598,7 @@ mod tests {
             let mesh = &loaded.scene.meshes()[0];
             assert_eq!((mesh.positions().len(), mesh.triangles().len()), (6, 2));
             let color = |t: usize| mesh.colors()[mesh.triangles()[t][0] as usize];
-            // Where the first facet is left out, its copy at the end is red.
+            // If the first facet is left out, its copy at the end is red.
             assert_eq!(color(skipped), [1.0, 0.0, 0.0, 1.0]);
             assert_eq!(color(1 - skipped), default_material().base_color);
             // Smooth over the change of colour.

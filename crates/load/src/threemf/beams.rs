@@ -146,7 +146,7 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Of length 1; `None` if it has none.
+/// The vector scaled to length 1; `None` if its length is 0 or not finite.
 fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     (length > 0.0 && length.is_finite()).then(|| v.map(|c| c / length))
@@ -173,7 +173,7 @@ mod tests {
             volume += (a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) / 6.0;
         }
         assert!(edges.values().all(|&sum| sum == 0), "{edges:?}");
-        // Of a frustum over hexagons: (A + B + sqrt(A B)) h / 3.
+        // Volume of a frustum over hexagons: (A + B + sqrt(A B)) h / 3.
         let area = |r: f32| 1.5 * 3.0_f32.sqrt() * r * r;
         let expected = (area(0.5) + area(0.25) + (area(0.5) * area(0.25)).sqrt()) * 17.0_f32.sqrt() / 3.0;
         assert!((volume - expected).abs() < 1e-3 * expected, "{volume} {expected}");

@@ -1,4 +1,4 @@
-//! What triangles are made of: properties to materials, vertex colours and textures of the scene.
+//! Appearance of triangles: properties become materials, vertex colours and textures of the scene.
 
 use super::model::{Model, Properties};
 use super::property::{Blend, Display, Finish, Members, layered};
@@ -15,7 +15,7 @@ use overcoat_scene::{
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// What is the same all over a mesh of the scene.
+/// Properties that are constant over a mesh of the scene: triangles with equal keys share a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Key {
     /// Without any property.
@@ -28,7 +28,7 @@ pub(super) enum Key {
     Painted { texture: Option<u32>, finish: Option<(u32, u32)> },
 }
 
-/// What belongs to one corner.
+/// Attributes of one corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Corner {
     pub(super) color: [f32; 4],
@@ -38,7 +38,7 @@ pub(super) struct Corner {
 
 const WHITE: [f32; 4] = [1.0; 4];
 
-/// What a triangle looks like.
+/// Appearance of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Look {
     pub(super) key: Key,
@@ -62,7 +62,7 @@ pub(super) struct Looks {
     materials: BTreeMap<(usize, Key), MaterialId>,
     /// `None` for pictures that cannot be had.
     textures: BTreeMap<(usize, u32), Option<TextureId>>,
-    /// What has been said already.
+    /// Warnings that have been given already.
     said: BTreeSet<&'static str>,
 }
 
@@ -71,7 +71,7 @@ fn finish_of(model: &Model, group: u32, place: u32) -> Option<(u32, u32)> {
     model.group(group)?.display.map(|display| (display, place))
 }
 
-/// What one layer is at one corner: a colour, or, for a texture, its place.
+/// One layer at one corner: a colour, or for a texture its coordinates.
 enum Layer {
     Color([f32; 4]),
     Place([f32; 2]),
@@ -92,7 +92,7 @@ fn upside_down([u, v]: [f32; 2]) -> [f32; 2] {
     [u, 1.0 - v]
 }
 
-/// What a triangle with these properties looks like.
+/// Appearance of a triangle with these properties.
 pub(super) fn look(model: &Model, properties: Properties) -> Look {
     let Properties { group, corners } = properties;
     let missing = || Look { missing: true, ..Look::of(Key::Plain) };
@@ -134,7 +134,7 @@ fn layers(
     let &lowest = groups.first()?;
     let first_is_material = matches!(model.group(lowest)?.members, Members::Bases(_) | Members::Mixtures(_));
     let place_of = |corner: u32, layer: usize| {
-        // Those that are not given are 0 (materials extension, 5.1).
+        // Missing indices are 0 (materials extension, 5.1).
         places.get(corner as usize).map(|places| places.get(layer).copied().unwrap_or(0))
     };
     let finish = finish_of(model, lowest, place_of(corners[0], 0)?);
@@ -181,7 +181,7 @@ impl Builder<'_> {
 
     /// The material of the scene for a look.
     pub(super) fn material(&mut self, model: usize, key: Key) -> Result<MaterialId, LoadError> {
-        // Those of the slicer are the same in every part.
+        // Materials of the slicer are the same in every part.
         let model = if matches!(key, Key::Plain | Key::Filament(_)) { 0 } else { model };
         if let Some(&id) = self.looks.materials.get(&(model, key)) {
             return Ok(id);

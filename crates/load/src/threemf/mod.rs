@@ -1,10 +1,9 @@
 //! 3MF: the 3D Manufacturing Format (3MF Consortium, core specification 1.4, materials and properties extension 1.2,
 //! production extension 1.2).
 //!
-//! What is built is drawn, each item where it stands; units become metres. Z is up in such files, which is turned where all
-//! formats are.
-//! Supports are drawn, objects of the type "other" are not; of a file of which nothing would be built, all objects are drawn
-//! where they are, with a warning. Textures and colours are opaque unless they are layers;
+//! Items that are built are drawn, each where it stands; units become metres. Z is up in such files, which is turned
+//! where all formats are. Supports are drawn, objects of the type "other" are not; if nothing of a file would be built,
+//! all its objects are drawn where they are, with a warning. Textures and colours are opaque unless they are layers;
 //! colours vary linearly over a triangle, where the specification asks for a variation of their sRGB codes.
 //!
 //! The specification has no attribute `printable` of items, which PrusaSlicer and those made from it write. An item with
@@ -38,11 +37,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use xml::{Xml, text_of};
 
 const FORMAT: &str = "3MF";
-/// How a package names the part that its model begins with (core specification, C.2).
+/// Relationship of a package to its root model part (core specification, C.2).
 const START: &str = "/3dmanufacturing/2013/01/3dmodel";
-/// Where nearly all files have it, related or not.
+/// Path of the root model part in nearly all files, related or not.
 const USUAL_START: &str = "3D/3dmodel.model";
-/// Why an object is not drawn that is never built.
+/// Reason why an object that is never built is not drawn.
 const OTHER: &str = "of the type 'other', which is not built";
 /// Objects may nest this deep, whatever the limits say.
 const DEEPEST: u64 = 1024;
@@ -182,7 +181,7 @@ struct Visit {
     depth: u64,
     /// The item that it belongs to.
     item: u32,
-    /// What the slicer says of it.
+    /// Settings of the slicer for it.
     part: Part,
 }
 
@@ -246,7 +245,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// What a component or an item refers to.
+    /// Visit of the object that a component or an item refers to.
     fn refer(
         &mut self,
         reference: &model::Reference,

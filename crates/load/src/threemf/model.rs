@@ -46,9 +46,9 @@ impl Properties {
 #[derive(Debug, Default)]
 pub(super) struct Mesh {
     pub(super) positions: Vec<[f32; 3]>,
-    /// The same in double precision, until all are read; empty unless the model is far away.
+    /// Positions in double precision, until all are read; empty unless the model is far away.
     doubles: Vec<[f64; 3]>,
-    /// What they are measured from in the end.
+    /// Origin that they become relative to in the end.
     pub(super) origin: Origin,
     pub(super) triangles: Vec<[u32; 3]>,
     /// One for each triangle; empty if no triangle has any.
@@ -60,7 +60,7 @@ pub(super) struct Mesh {
     left_out: u64,
 }
 
-/// What an object is for.
+/// Purpose of an object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// To be made: models, supports, surfaces.
@@ -123,7 +123,7 @@ pub(super) struct Model {
     pub(super) build: Vec<Reference>,
 }
 
-/// What all model parts of a file have together, and what was lost in them.
+/// Totals over all model parts of a file, and the warnings about them.
 pub(super) struct Totals<'a> {
     pub(super) context: &'a Context<'a>,
     /// Positions are read in double precision.
@@ -295,7 +295,7 @@ fn unit_in_metres(name: &str) -> Option<f64> {
     })
 }
 
-/// Which prefixes belong to other formats than the core's: elements of theirs may have the same names.
+/// Prefixes of other formats than the core's: elements of theirs may have the same names.
 struct Spaces {
     /// Prefixes and namespaces that the root declares.
     declared: Vec<(String, String)>,
@@ -305,7 +305,7 @@ struct Spaces {
 impl Spaces {
     fn of(root: &Tag<'_>) -> Self {
         let mut declared = Vec::new();
-        // What is damaged here shows when the element is read as such.
+        // Damage here shows when the element is read as such.
         let _ = root.raw_attributes(|name, value| {
             let prefix = if name == "xmlns" { Some("") } else { name.strip_prefix("xmlns:") };
             if let Some(prefix) = prefix
@@ -459,7 +459,7 @@ impl Mesh {
                 "p2" => corners[1] = index(value),
                 "p3" => corners[2] = index(value),
                 "pid" => group = index(value),
-                // Of PrusaSlicer, and of Bambu Studio and OrcaSlicer.
+                // Attributes of PrusaSlicer, and of Bambu Studio and OrcaSlicer.
                 "slic3rpe:mmu_segmentation" | "paint_color" => self.codes.push_str(value),
                 _ => {}
             }

@@ -86,7 +86,7 @@ impl<'a> Painter<'a> {
         };
         let middle = u32::try_from(mesh.positions.len()).ok()?;
         mesh.positions.push(half(*mesh.positions.get(p)?, *mesh.positions.get(q)?));
-        // Those of the vertices, so that paint does not change how round a surface looks.
+        // Normals of the vertices, so that paint does not change how round a surface looks.
         if let (Some(&a), Some(&b)) = (mesh.normals.get(p), mesh.normals.get(q)) {
             mesh.normals.push(half(a, b));
         }

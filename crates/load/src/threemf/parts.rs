@@ -22,7 +22,7 @@ fn volume_of(volumes: &[Volume], triangle: usize) -> Option<&Volume> {
     volumes.get(..after)?.last().filter(|volume| volume.last as usize >= triangle)
 }
 
-/// What the triangles of an object look like.
+/// Sources of the appearance of an object's triangles.
 struct Looking<'a> {
     model: &'a Model,
     source: &'a Source,

@@ -13,7 +13,7 @@ const LAYERS: usize = 16;
 /// Bytes that a member of a group may take, its name apart.
 const MEMBER: u64 = 64;
 
-/// How a layer is blended with those below it.
+/// Blending of a layer with those below it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Blend {
     /// By its alpha.
@@ -36,7 +36,7 @@ pub(super) enum Members {
     Bases(Vec<Base>),
     /// Linear, with alpha.
     Colors(Vec<[f32; 4]>),
-    /// Of a texture, v up.
+    /// Coordinates in a texture, v up.
     Coordinates {
         texture: u32,
         places: Vec<[f32; 2]>,
@@ -58,7 +58,7 @@ pub(super) struct Group {
     pub(super) display: Option<u32>,
 }
 
-/// How a member of a group reflects light.
+/// Reflection of a member of a group, in either workflow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Finish {
     Metallic { metallic: f32, roughness: f32 },
@@ -291,11 +291,11 @@ fn mixed(colors: &[[f32; 4]], shares: impl Iterator<Item = f32>) -> Option<[f32;
     (whole > 0.0).then(|| sum.map(|v| saturate(v / whole)))
 }
 
-/// What is drawn at a corner: a colour that multiplies a texture, if there is one.
+/// Result of the layers at a corner: a colour, which multiplies a texture if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Layered {
     pub(super) color: [f32; 4],
-    /// Which layer's texture is seen.
+    /// Number of the layer whose texture is seen.
     pub(super) texture: Option<usize>,
     /// The layers do not come to a colour times a texture: something is lost.
     pub(super) approximate: bool,

@@ -1,4 +1,4 @@
-//! What slicers write beside the model: Slic3r and PrusaSlicer (`Metadata/Slic3r_PE*.config`), Bambu Studio and
+//! Settings of slicers beside the model: Slic3r and PrusaSlicer (`Metadata/Slic3r_PE*.config`), Bambu Studio and
 //! OrcaSlicer (`Metadata/model_settings.config`, `project_settings.config`).
 //!
 //! Two things of it change the picture: parts that are no objects but change how others are printed where they
@@ -16,10 +16,10 @@ use std::collections::BTreeMap;
 /// Filaments of one file; printers have up to 16 or so.
 const FILAMENTS: usize = 256;
 
-/// What the settings say of a part of an object.
+/// Settings of a part of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Part {
-    /// Why it is not drawn.
+    /// Reason why it is not drawn.
     pub(super) left_out: Option<&'static str>,
     /// From 1.
     pub(super) extruder: Option<u32>,
@@ -53,7 +53,7 @@ pub(super) struct Settings {
     filaments: Vec<[f32; 4]>,
 }
 
-/// Why a part of this kind is not drawn.
+/// Reason why a part of this kind is not drawn; `None` if it is drawn.
 fn kind(name: &str) -> Option<&'static str> {
     Some(match name {
         "modifier_part" | "ParameterModifier" => "modifiers of a slicer",
@@ -146,15 +146,15 @@ impl Settings {
         Ok(())
     }
 
-    /// What is said of an object that is built.
+    /// Settings of an object that is built.
     pub(super) fn object(&self, id: u32) -> Part {
         let extruder = self.objects.get(&id).and_then(|settled| settled.extruder);
-        // Where slicers say nothing they print with the first one.
+        // Without settings, slicers print with the first extruder.
         let first = (!self.filaments.is_empty() && !self.objects.is_empty()).then_some(1);
         Part { left_out: None, extruder: extruder.or(first), owner: id }
     }
 
-    /// What is said of an object that is part of another, which `printed_by` prints.
+    /// Settings of an object that is part of another, which extruder `printed_by` prints.
     pub(super) fn part(&self, of: &Part, printed_by: Option<u32>, id: u32) -> Part {
         let settled = self.objects.get(&of.owner).and_then(|settled| settled.parts.get(&id));
         let (left_out, extruder) = settled.copied().unwrap_or((None, None));

@@ -368,7 +368,7 @@ fn paint_cuts_triangles() {
             .map(|k| loaded.scene.meshes()[k].triangles().len())
             .sum()
     };
-    // Of the four parts of the first triangle two are the first extruder's; the fourth triangle's has no colour.
+    // Two of the four parts of the first triangle are the first extruder's; the fourth triangle's has no colour.
     assert_eq!((count("filament 1"), count("filament 2")), (2, 5));
     assert_eq!(
         messages(&loaded),
@@ -497,7 +497,7 @@ fn damage_is_named_with_its_element() {
         let error = load_model(&text).unwrap_err().to_string();
         assert!(error.contains(message) && error.starts_with("3MF: "), "{message}: {error}");
     }
-    // What is whole is drawn.
+    // Intact parts are drawn.
     for (text, triangles, message) in [
         (
             model(&object, &format!("<item objectid=\"7\"/>{item}")),

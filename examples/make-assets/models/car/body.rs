@@ -13,7 +13,7 @@ use super::super::subdivide::Cage;
 struct Section {
     /// Place of the centre line.
     x: f64,
-    /// How far the shoulder lies behind the centre line.
+    /// Distance of the shoulder behind the centre line, in metres.
     sweep: f64,
     /// (y, z) over the top: centre line, inner, middle, roof rail, belt line, fender crest, shoulder.
     top: [(f64, f64); TOP],
@@ -80,7 +80,7 @@ const SECTIONS: [Section; 17] = [
         side: [(0.700, 0.870), (0.555, 0.880), (0.42, 0.870), (0.28, 0.845), (0.20, 0.82)] },
 ];
 
-/// How far the rows of the front and the rear face lie ahead of their top edges.
+/// Distances of the rows of the front and the rear face ahead of their top edges, in metres.
 const FRONT: [f64; SIDE] = [0.035, 0.045, 0.045, 0.04, 0.02];
 const REAR: [f64; SIDE] = [0.055, 0.04, -0.015, 0.0, 0.06];
 
@@ -152,7 +152,7 @@ fn sharpened() -> Vec<Section> {
         .collect()
 }
 
-/// Where a node lies.
+/// Position of a node of the control cage.
 fn control_point(sections: &[Section], (station, row, column): Node) -> DVec3 {
     let section = &sections[station];
     let (shoulder, place) = (section.top[TOP - 1].1, section.top[column]);

@@ -1,4 +1,4 @@
-//! What the car is made of.
+//! Materials of the car.
 
 use super::super::model::{Alpha, Material};
 
@@ -38,7 +38,7 @@ pub enum Stuff {
     Void,
 }
 
-/// How many there are.
+/// Number of materials.
 pub const COUNT: usize = Stuff::Void as usize + 1;
 
 /// In the order of [`Stuff`].

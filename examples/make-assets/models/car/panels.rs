@@ -61,7 +61,7 @@ fn regions() -> Vec<Region> {
     ]
 }
 
-/// Which way a curve is projected onto the skin.
+/// Direction in which a curve is projected onto the skin.
 #[derive(Clone, Copy)]
 enum View {
     /// (x, y), where z is larger than a bound.

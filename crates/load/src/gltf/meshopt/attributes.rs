@@ -19,7 +19,7 @@ const MANY_BITS: [u8; 4] = [1, 2, 4, 8];
 
 /// Four bytes of every element.
 struct Channel {
-    /// Those of the element before.
+    /// Value and mode of the element before.
     value: u32,
     mode: u8,
 }
@@ -222,7 +222,7 @@ mod tests {
             sum += difference;
             assert_eq!(*element, [sum as u8, 7, 8, 9]);
         }
-        // Of 13 elements the last three differences are ignored.
+        // With 13 elements the last three differences are ignored.
         let mut few = [0; 52];
         decode(&stream, 4, &mut few).unwrap();
         assert_eq!(few, out[..52]);

@@ -1,5 +1,5 @@
-//! What is done to elements after decoding (appendix B). Only + - * / and the square root, each rounded exactly, so that
-//! every machine gets the same bytes.
+//! Filters that are applied to elements after decoding (appendix B). Only + - * / and the square root, each rounded
+//! exactly, so that every machine gets the same bytes.
 
 /// The nearest integer, halves away from zero. What is not a number becomes 0.
 fn round(value: f32) -> i32 {
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(shorts(&element[0]), [-1; 4]);
     }
 
-    /// Whatever the numbers are, something comes out.
+    /// Filters give some result for any numbers.
     #[test]
     fn numbers_that_no_encoder_writes() {
         let mut random = Random::new(29);

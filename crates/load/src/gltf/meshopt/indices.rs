@@ -49,7 +49,7 @@ fn difference(value: u32) -> u32 {
     if value & 1 == 1 { !(value >> 1) } else { value >> 1 }
 }
 
-/// What is known while triangles are read.
+/// State of the decoder of triangles.
 struct State<'a> {
     data: &'a [u8],
     next: u32,

@@ -12,7 +12,7 @@ mod indices;
 use serde::Deserialize;
 use std::num::NonZeroUsize;
 
-/// Why a stream cannot be decoded.
+/// Reason why a stream cannot be decoded.
 type Damage = &'static str;
 
 const CUT_OFF: Damage = "its compressed data ends too early";
@@ -36,7 +36,7 @@ pub(super) enum Mode {
     Unknown,
 }
 
-/// What is done to elements after decoding.
+/// Filter that is applied to elements after decoding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub(super) enum Filter {
     /// Nothing.
@@ -60,7 +60,7 @@ pub(super) enum Filter {
     Unknown,
 }
 
-/// What a compressed view holds.
+/// Layout of the decompressed contents of a view.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layout {
     mode: Mode,
