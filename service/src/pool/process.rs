@@ -176,7 +176,8 @@ async fn listen(errors: ChildStderr, last_words: Arc<Mutex<String>>) {
         }
         let text: String = String::from_utf8_lossy(&line).chars().filter(|c| !c.is_control()).collect();
         let text = text.strip_prefix("overcoat worker: ").unwrap_or(&text).trim();
-        if !text.is_empty() {
+        // A hint for those who can set variables of the process, after the line that says what happened.
+        if !text.is_empty() && !text.contains("RUST_BACKTRACE") {
             *last_words.lock().unwrap_or_else(PoisonError::into_inner) = text.to_owned();
         }
     }

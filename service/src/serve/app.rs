@@ -4,6 +4,7 @@ use super::args::ServeArgs;
 use super::body::Bodies;
 use super::cache::{Cache, Picture};
 use super::error::Problem;
+use super::failures::Failures;
 use super::flight::Flights;
 use super::gate::Gate;
 use super::metrics::Metrics;
@@ -42,6 +43,8 @@ pub struct App {
     pub gate: Gate,
     /// Pictures that are being drawn.
     pub flights: Flights<Outcome>,
+    /// Work and sources that failed a short while ago.
+    pub failures: Failures,
     /// Pictures that were drawn.
     pub cache: Cache,
     /// Counters and histograms.
@@ -81,6 +84,7 @@ impl App {
             keys: common.keys,
             gate: Gate::new(args.workers(), args.queue, seconds(args.queue_seconds)),
             flights: Flights::default(),
+            failures: Failures::new(seconds(args.failure_seconds)),
             cache: Cache::new(args.cache.as_deref(), args.cache_bytes, Arc::clone(&metrics))
                 .map_err(|e| format!("--cache {e}"))?,
             metrics,

@@ -118,6 +118,11 @@ pub struct ServeArgs {
     #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = within::<f64>(0.01, 1e6), help_heading = "Sources")]
     pub source_seconds: f64,
 
+    /// Seconds for which a failure is answered again without another attempt, doubled by each further one up to 10 minutes; 0 for
+    /// never. SIGHUP forgets all
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = within::<f64>(0.0, 3600.0), help_heading = "Workers")]
+    pub failure_seconds: f64,
+
     /// Requests that wait for a worker; further ones are refused (429)
     #[arg(long, value_name = "N", default_value = "64", value_parser = within::<usize>(0, 1 << 20), help_heading = "Workers")]
     pub queue: usize,

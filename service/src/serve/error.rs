@@ -142,6 +142,8 @@ pub struct Problem {
     pub retry_after: Option<u64>,
     /// A header that belongs to the status.
     pub header: Option<Box<(HeaderName, String)>>,
+    /// The worker was killed from outside, which says nothing about the model.
+    pub was_killed: bool,
 }
 
 impl Problem {
@@ -152,7 +154,7 @@ impl Problem {
         // Some of it may be the client's.
         let message = message.into();
         let message = message.chars().filter(|c| !c.is_control()).take(LONGEST_MESSAGE).collect();
-        Self { kind, message, limit: None, raise: None, retry_after, header: None }
+        Self { kind, message, limit: None, raise: None, retry_after, header: None, was_killed: false }
     }
 
     /// The same with the limit that was passed, and the option of the service that raises it.
@@ -210,12 +212,13 @@ impl From<WorkError> for Problem {
                 Self::new(Kind::Timeout, message)
                     .limited("deadline", "start the service with --deadline SECONDS")
             }
-            // A worker killed from outside says nothing about the model.
             WorkError::Died(death) if death.of_memory && !death.killed => {
                 Self::new(Kind::Memory, death.message)
                     .limited("memory", "start the service with --memory BYTES")
             }
-            WorkError::Died(death) => Self::new(Kind::Worker, death.message),
+            WorkError::Died(death) => {
+                Self { was_killed: death.killed, ..Self::new(Kind::Worker, death.message) }
+            }
             WorkError::NoWorker(reason) => {
                 Self::new(Kind::NoWorker, format!("no worker can be started: {reason}"))
             }

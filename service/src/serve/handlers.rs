@@ -20,7 +20,7 @@ use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use overcoat::output::OutputFormat;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use url::form_urlencoded;
 
 /// `POST /render`
@@ -138,7 +138,20 @@ fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
     path::read(signed, &app.rules)
 }
 
+/// Opens a source, unless it has failed a short while ago.
 async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
+    // No name of other work has a space.
+    let name = format!("source {source}");
+    if let Some(problem) = app.failures.of(&name, Instant::now()) {
+        app.metrics.remembered();
+        return Err(problem);
+    }
+    let opened = read(app, source).await;
+    app.failures.note(&name, opened.as_ref().err(), Instant::now());
+    opened
+}
+
+async fn read(app: &App, source: &str) -> Result<(Source, Held), Problem> {
     let patience = Duration::from_secs_f64(app.args.source_seconds);
     let open = async {
         let held = app.bodies.hold_largest().await;

@@ -52,6 +52,7 @@ pub struct Metrics {
     started: Counter,
     died: Counter,
     timed_out: Counter,
+    remembered: Counter,
 }
 
 impl Default for Metrics {
@@ -71,6 +72,7 @@ impl Default for Metrics {
             started: Counter::default(),
             died: Counter::default(),
             timed_out: Counter::default(),
+            remembered: Counter::default(),
         };
         metrics.register();
         metrics
@@ -117,6 +119,16 @@ impl Metrics {
             "Workers that were ended because they took too long",
             self.timed_out.clone(),
         );
+        registry.register(
+            "failures_remembered",
+            "Requests that a failure of a short while ago has answered",
+            self.remembered.clone(),
+        );
+    }
+
+    /// A failure of a short while ago has answered a request.
+    pub fn remembered(&self) {
+        self.remembered.inc();
     }
 
     /// A request has its answer.

@@ -11,6 +11,7 @@ mod cache;
 pub mod config;
 mod disk;
 mod error;
+mod failures;
 mod fetch;
 mod flight;
 mod gate;
@@ -68,6 +69,8 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
     tracing::info!(address = %bound, workers = app.args.workers(), "listening");
     let (send, stop) = watch::channel(false);
     tokio::spawn(signals(send));
+    #[cfg(unix)]
+    tokio::spawn(forget_at_hangup(Arc::clone(&app)));
     listen::serve(Arc::clone(&app), listener, stop).await;
     app.pool.finish().await;
     tracing::info!("stopped");
@@ -120,6 +123,16 @@ async fn warm(app: &App) -> Result<(), String> {
     }
     app.ready.store(true, Relaxed);
     Ok(())
+}
+
+/// SIGHUP empties the memory of failures.
+#[cfg(unix)]
+async fn forget_at_hangup(app: Arc<App>) {
+    use tokio::signal::unix::{SignalKind, signal};
+    let Ok(mut hangup) = signal(SignalKind::hangup()) else { return };
+    while hangup.recv().await.is_some() {
+        tracing::info!(failures = app.failures.forget(), "forgotten");
+    }
 }
 
 /// The first signal asks for an end, the second ends at once.

@@ -70,6 +70,10 @@ pub async fn picture(
         }
     }
     let flight = format!("{of}/{}", asked.identity);
+    if let Some(problem) = app.failures.of(&flight, Instant::now()) {
+        app.metrics.remembered();
+        return Err(problem);
+    }
     let asked = Arc::new(asked);
     let mut attempts = 0;
     let (outcome, shared) = loop {
@@ -81,7 +85,8 @@ pub async fn picture(
             Part::Follow(wait) => (wait, true),
             Part::Lead(lead, wait) => {
                 let place = app.gate.enter()?;
-                let work = work(Arc::clone(app), Arc::clone(&asked), hash.clone(), of.clone(), lead, place);
+                let names = Names { hash: hash.clone(), of: of.clone(), flight: flight.clone() };
+                let work = work(Arc::clone(app), Arc::clone(&asked), names, lead, place);
                 // It goes on where the client goes away: others may wait, and a worker that is killed costs more.
                 tokio::spawn(work);
                 (wait, false)
@@ -128,7 +133,17 @@ async fn needed(app: &App, asked: &Asked, names: &[(String, bool)]) -> Option<Ve
     Some(needed)
 }
 
-async fn work(app: Arc<App>, asked: Arc<Asked>, hash: String, of: String, lead: Lead<Outcome>, place: Place) {
+/// Names of a piece of work.
+struct Names {
+    /// Hash of the model.
+    hash: String,
+    /// Name of the request as far as it is known without the files that the model refers to.
+    of: String,
+    /// The same with the identity of the files.
+    flight: String,
+}
+
+async fn work(app: Arc<App>, asked: Arc<Asked>, names: Names, lead: Lead<Outcome>, place: Place) {
     let begun = Instant::now();
     let outcome = match app.gate.turn().await {
         Err(problem) => Err(problem),
@@ -137,7 +152,12 @@ async fn work(app: Arc<App>, asked: Arc<Asked>, hash: String, of: String, lead: 
             let queue = begun.elapsed().as_secs_f64() * 1000.0;
             app.metrics.stage("queue", queue);
             let begun = Instant::now();
-            let outcome = draw(&app, &asked, &hash, &of, queue).await;
+            let mut outcome = draw(&app, &asked, &names, queue).await;
+            // Once: what kills workers from outside may do so for the model's sake.
+            if matches!(&outcome, Err(problem) if problem.was_killed) {
+                outcome = draw(&app, &asked, &names, queue).await;
+            }
+            app.failures.note(&names.flight, outcome.as_ref().err(), Instant::now());
             app.gate.note(begun.elapsed());
             drop(turn);
             outcome
@@ -158,7 +178,7 @@ async fn work(app: Arc<App>, asked: Arc<Asked>, hash: String, of: String, lead: 
 }
 
 /// Lets a worker draw.
-async fn draw(app: &App, asked: &Asked, hash: &str, of: &str, queue: f64) -> Outcome {
+async fn draw(app: &App, asked: &Asked, Names { hash, of, .. }: &Names, queue: f64) -> Outcome {
     let work = Work { name: asked.name.clone(), pictures: vec![asked.request.clone()], waits: true };
     let loaded = app.pool.load(&work, &asked.model, asked.files.as_ref()).await?;
     let needed = loaded.needed.clone();

@@ -188,16 +188,57 @@ fn a_worker_that_is_killed_is_told_and_replaced() {
         crate::service::ask(address, "POST", SLOW, &[], &model("sports-car.glb")).unwrap()
     });
     service.wait_for("overcoat_workers_busy", 1.0);
-    std::thread::sleep(Duration::from_millis(200));
-    let workers = service.workers();
-    assert_eq!(workers.len(), 1);
-    crate::service::send_signal("KILL", workers[0]);
+    // It is tried once more.
+    for attempt in 1..=2 {
+        std::thread::sleep(Duration::from_millis(200));
+        let workers = service.workers();
+        assert_eq!(workers.len(), 1);
+        crate::service::send_signal("KILL", workers[0]);
+        service.wait_for("overcoat_workers_died_total", f64::from(attempt));
+    }
     let (kind, message) = slow.join().unwrap().error(500);
     assert_eq!(kind, "worker");
     assert!(message.contains("killed"), "{message}");
     service.post("/render?size=16", &model("rounded-cube.glb")).png(16, 16);
+    assert_eq!(service.metric("overcoat_workers_died_total"), 2.0);
+    assert_eq!(service.metric("overcoat_workers_started_total"), 3.0);
+    assert_eq!(service.metric("overcoat_failures_remembered_total"), 0.0);
+}
+
+/// A worker that is killed once is not seen by the client.
+#[test]
+fn work_of_a_killed_worker_is_done_by_another() {
+    let service = start(&["--deadline", "100"]);
+    let address = service.address;
+    let asked = std::thread::spawn(move || {
+        let query = "/render?size=900&quality=best&samples=16";
+        crate::service::ask(address, "POST", query, &[], &model("torus-knot.glb")).unwrap()
+    });
+    service.wait_for("overcoat_workers_busy", 1.0);
+    service.workers().into_iter().for_each(|id| crate::service::send_signal("KILL", id));
+    asked.join().unwrap().png(900, 900);
     assert_eq!(service.metric("overcoat_workers_died_total"), 1.0);
-    assert_eq!(service.metric("overcoat_workers_started_total"), 2.0);
+}
+
+/// What has failed costs nothing for a while, whatever the request's other headers.
+#[test]
+fn failures_are_remembered_and_forgotten() {
+    let service = start(&["--failure-seconds", "600"]);
+    let broken = &model("rounded-cube.glb")[..300];
+    let first = service.post("/render?size=16", broken);
+    let (kind, message) = first.error(422);
+    assert!(!first.headers.contains_key("retry-after"), "{kind}");
+    let again = service.post("/render?size=16", broken);
+    assert_eq!(again.error(422), (kind.clone(), message));
+    assert!(again.headers["retry-after"].parse::<u64>().unwrap() > 500);
+    assert_eq!(service.metric("overcoat_failures_remembered_total"), 1.0);
+    // Another picture of it, and another model, are other work.
+    assert_eq!(service.post("/render?size=17", broken).error(422).0, kind);
+    service.post("/render?size=16", &model("rounded-cube.glb")).png(16, 16);
+    assert_eq!(service.metric("overcoat_failures_remembered_total"), 1.0);
+    service.signal("HUP");
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(!service.post("/render?size=16", broken).headers.contains_key("retry-after"));
 }
 
 #[test]
