@@ -79,10 +79,15 @@ pub struct BatchArgs {
     #[arg(long, value_name = "BYTES", default_value = "2Gi", value_parser = bytes, help_heading = "Workers")]
     pub memory: u64,
 
-    /// Seconds after which the work on one model is stopped
+    /// Seconds of processor time, of all threads, after which the work on one model is stopped (of the wall where the system does not
+    /// tell, on others than Linux)
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = value_parsers::within::<f64>(0.01, 1e6),
           help_heading = "Workers")]
     pub deadline: f64,
+
+    /// Seconds of the wall after which it is stopped, whatever it waits for [default: ten times --deadline]
+    #[arg(long, value_name = "SECONDS", value_parser = value_parsers::within::<f64>(0.01, 1e7), help_heading = "Workers")]
+    pub wall_deadline: Option<f64>,
 
     /// Models that one worker draws before another takes its place
     #[arg(long, value_name = "N", default_value = "200", value_parser = value_parsers::within::<u32>(1, u32::MAX),

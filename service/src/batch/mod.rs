@@ -9,7 +9,7 @@ pub mod shard;
 
 use crate::common::Common;
 use crate::place::{Place, is_url};
-use crate::pool::{Pool, PoolOptions};
+use crate::pool::{Pool, PoolOptions, TimeLimits};
 use args::BatchArgs;
 use futures_util::StreamExt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -189,7 +189,7 @@ fn pool_options(args: &BatchArgs, common: &Common, other: bool) -> Result<PoolOp
         program,
         start,
         workers: if other { 1 } else { args.workers() },
-        deadline: Duration::from_secs_f64(args.deadline),
+        time: TimeLimits::new(args.deadline, args.wall_deadline),
         works_of_one: if other { 1 } else { args.models_of_worker },
         most_output: 1 << 31,
     })

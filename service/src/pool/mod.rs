@@ -1,19 +1,20 @@
 //! Workers: processes that draw, a fixed number of them, each replaced when it has served, died, hung or grown too large.
 
+mod budget;
 mod process;
 
+pub use budget::{TimeLimit, TimeLimits};
 pub use process::Death;
 
 use crate::files::{Files, Needed};
+use budget::TimeBudget;
 use overcoat_cli::worker::protocol::{FailureReport, FromWorker, Start, ToWorker, Told, Work};
 use process::Process;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::time::Duration;
 use tokio::sync::{Semaphore, SemaphorePermit};
-use tokio::time::Instant;
 
 /// Start and limits of workers.
 #[derive(Clone, Debug)]
@@ -24,8 +25,8 @@ pub struct PoolOptions {
     pub start: Start,
     /// Number of workers, at least 1.
     pub workers: usize,
-    /// Time limit of the work on one model.
-    pub deadline: Duration,
+    /// Time limits of the work on one model.
+    pub time: TimeLimits,
     /// Models that a worker draws before it is replaced by a new one, at least 1.
     pub works_of_one: u32,
     /// Bytes of a file that a worker may hand over.
@@ -39,8 +40,8 @@ pub enum WorkError {
     #[error("{}", .0.message)]
     Failed(FailureReport),
     /// It took longer than is allowed, and was killed.
-    #[error("took longer than {} s and was stopped", .0.as_secs_f64())]
-    TimedOut(Duration),
+    #[error("took longer than {0} and was stopped")]
+    TimedOut(TimeLimit),
     /// The worker ended.
     #[error("{0}")]
     Died(Death),
@@ -169,24 +170,24 @@ impl Pool {
     async fn begin<'a>(&'a self, files: &'a dyn Files) -> Result<Loaded<'a>, WorkError> {
         // It is never closed.
         let permit = self.permits.acquire().await.map_err(|e| WorkError::NoWorker(e.to_string()))?;
-        let end = Instant::now() + self.options.deadline;
-        let process = self.process(end).await?;
-        Ok(Loaded { pool: self, process: Some(process), files, needed: Vec::new(), end, _permit: permit })
+        let budget = TimeBudget::new(self.options.time);
+        let process = self.process(&budget).await?;
+        let budget = budget.of_process(process.id());
+        Ok(Loaded { pool: self, process: Some(process), files, needed: Vec::new(), budget, _permit: permit })
     }
 
     /// An idle worker, or a new one.
-    async fn process(&self, end: Instant) -> Result<Process, WorkError> {
+    async fn process(&self, budget: &TimeBudget) -> Result<Process, WorkError> {
         while let Some(mut process) = self.pop_idle() {
             if process.is_alive() {
                 return Ok(process);
             }
         }
         self.counters.started.fetch_add(1, Relaxed);
-        let started = tokio::time::timeout_at(end, Process::start(&self.options)).await;
-        match started {
+        match budget.wait(Process::start(&self.options)).await {
             Ok(Ok(process)) => Ok(process),
             Ok(Err(reason)) => Err(WorkError::NoWorker(reason)),
-            Err(_) => Err(WorkError::TimedOut(self.options.deadline)),
+            Err(limit) => Err(WorkError::TimedOut(limit)),
         }
     }
 
@@ -214,7 +215,7 @@ pub struct Loaded<'a> {
     files: &'a dyn Files,
     /// The files that the model refers to, in the order in which they were asked for.
     pub needed: Vec<Needed>,
-    end: Instant,
+    budget: TimeBudget,
     _permit: SemaphorePermit<'a>,
 }
 
@@ -262,14 +263,16 @@ impl Loaded<'_> {
         loop {
             let Some(process) = &mut self.process else { return Err(gone()) };
             let most = self.pool.options.most_output;
-            let (message, bytes) = match tokio::time::timeout_at(self.end, process.receive(most)).await {
+            let (message, bytes) = match self.budget.wait(process.receive(most)).await {
                 Ok(Ok(message)) => message,
                 Ok(Err(_)) => return Err(self.ended().await),
-                Err(_) => return Err(self.timed_out().await),
+                Err(limit) => return Err(self.timed_out(limit).await),
             };
             let FromWorker::Need { name, limit, alike } = message else { return Ok((message, bytes)) };
-            let read = tokio::time::timeout_at(self.end, self.files.read(&name, limit, alike));
-            let Ok(found) = read.await else { return Err(self.timed_out().await) };
+            let found = match self.budget.wait(self.files.read(&name, limit, alike)).await {
+                Ok(found) => found,
+                Err(limit) => return Err(self.timed_out(limit).await),
+            };
             let answer = match found {
                 Ok(file) => {
                     self.needed.push(Needed::found(&name, alike, &file.bytes));
@@ -286,10 +289,10 @@ impl Loaded<'_> {
 
     async fn send(&mut self, message: &ToWorker, following: &[u8]) -> Result<(), WorkError> {
         let Some(process) = &mut self.process else { return Err(gone()) };
-        match tokio::time::timeout_at(self.end, process.send(message, following)).await {
+        match self.budget.wait(process.send(message, following)).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(_)) => Err(self.ended().await),
-            Err(_) => Err(self.timed_out().await),
+            Err(limit) => Err(self.timed_out(limit).await),
         }
     }
 
@@ -311,12 +314,12 @@ impl Loaded<'_> {
         }
     }
 
-    async fn timed_out(&mut self) -> WorkError {
+    async fn timed_out(&mut self, limit: TimeLimit) -> WorkError {
         self.pool.counters.timed_out.fetch_add(1, Relaxed);
         if let Some(process) = self.process.take() {
             process.kill().await;
         }
-        WorkError::TimedOut(self.pool.options.deadline)
+        WorkError::TimedOut(limit)
     }
 
     async fn ended(&mut self) -> WorkError {

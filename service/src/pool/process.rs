@@ -108,6 +108,11 @@ impl Process {
         if rest.len() == following { Ok((message, rest)) } else { Err(invalid()) }
     }
 
+    /// Its number in the system, until it has ended.
+    pub(super) fn id(&self) -> Option<u32> {
+        self.child.id()
+    }
+
     /// True if it still runs.
     pub(super) fn is_alive(&mut self) -> bool {
         matches!(self.child.try_wait(), Ok(None))

@@ -14,7 +14,7 @@ use super::sign::Signer;
 use super::source::Sources;
 use crate::common::Common;
 use crate::key::Keys;
-use crate::pool::{Pool, PoolOptions};
+use crate::pool::{Pool, PoolOptions, TimeLimits};
 use overcoat_cli::worker::protocol::Start;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -133,7 +133,7 @@ fn pool_options(args: &ServeArgs, start: &Start) -> Result<PoolOptions, String> 
         program,
         start,
         workers: args.workers(),
-        deadline: Duration::from_secs_f64(args.deadline),
+        time: TimeLimits::new(args.deadline, args.wall_deadline),
         works_of_one: args.models_of_worker,
         most_output: LARGEST_PICTURE,
     })

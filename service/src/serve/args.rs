@@ -139,9 +139,14 @@ pub struct ServeArgs {
     #[arg(long, value_name = "BYTES", default_value = "1Gi", value_parser = bytes, help_heading = "Workers")]
     pub memory: u64,
 
-    /// Seconds after which the work on one model is stopped
+    /// Seconds of processor time, of all threads, after which the work on one model is stopped (of the wall where the system does not
+    /// tell, on others than Linux)
     #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = within::<f64>(0.01, 1e6), help_heading = "Workers")]
     pub deadline: f64,
+
+    /// Seconds of the wall after which it is stopped, whatever it waits for [default: ten times --deadline]
+    #[arg(long, value_name = "SECONDS", value_parser = within::<f64>(0.01, 1e7), help_heading = "Workers")]
+    pub wall_deadline: Option<f64>,
 
     /// Models that one worker draws before another takes its place
     #[arg(long, value_name = "N", default_value = "500", value_parser = within::<u32>(1, u32::MAX), help_heading = "Workers")]

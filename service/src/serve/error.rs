@@ -208,9 +208,10 @@ impl From<WorkError> for Problem {
         match error {
             WorkError::Failed(failure) => failure.into(),
             WorkError::TimedOut(limit) => {
-                let message = format!("rendering took longer than {} s and was stopped", limit.as_secs_f64());
-                Self::new(Kind::Timeout, message)
-                    .limited("deadline", "start the service with --deadline SECONDS")
+                let option = limit.option();
+                let raise = format!("start the service with --{} SECONDS", option.replace('_', "-"));
+                Self::new(Kind::Timeout, format!("rendering took longer than {limit} and was stopped"))
+                    .limited(option, &raise)
             }
             WorkError::Died(death) if death.of_memory && !death.killed => {
                 Self::new(Kind::Memory, death.message)
@@ -261,6 +262,7 @@ impl IntoResponse for Problem {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pool::TimeLimit;
     use std::time::Duration;
 
     #[test]
@@ -273,7 +275,7 @@ mod tests {
         let problem = Problem::from(WorkError::Failed(failure));
         assert_eq!(problem.kind.status(), 422);
         assert_eq!(problem.json()["error"]["raise"], "start the service with --limit triangles=N");
-        let problem = Problem::from(WorkError::TimedOut(Duration::from_secs(3)));
+        let problem = Problem::from(WorkError::TimedOut(TimeLimit::Wall(Duration::from_secs(3))));
         assert_eq!(problem.json()["error"]["kind"], "timeout");
         let mut names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
         names.sort_unstable();

@@ -205,6 +205,29 @@ fn a_worker_that_is_killed_is_told_and_replaced() {
     assert_eq!(service.metric("overcoat_failures_remembered_total"), 0.0);
 }
 
+/// On a machine that has other work, a model takes longer and is drawn all the same: processor time counts.
+#[test]
+#[cfg(target_os = "linux")]
+fn waiting_is_not_work() {
+    let service = start(&["--deadline", "3", "--workers", "1"]);
+    let address = service.address;
+    let asked = std::thread::spawn(move || {
+        crate::service::ask(address, "POST", "/render?size=64", &[], &model("torus-knot.glb")).unwrap()
+    });
+    // Its worker is stopped for longer than the work may take.
+    let workers = service.workers();
+    workers.iter().for_each(|id| crate::service::send_signal("STOP", *id));
+    std::thread::sleep(Duration::from_secs(4));
+    workers.iter().for_each(|id| crate::service::send_signal("CONT", *id));
+    asked.join().unwrap().png(64, 64);
+    // The wall has a limit of its own.
+    let service = start(&["--deadline", "100", "--wall-deadline", "1"]);
+    service.workers().into_iter().for_each(|id| crate::service::send_signal("STOP", id));
+    let answer = service.post("/render?size=64", &model("torus-knot.glb"));
+    assert_eq!(answer.error(504).0, "timeout");
+    assert_eq!(answer.json()["error"]["limit"], "wall_deadline");
+}
+
 /// A worker that is killed once is not seen by the client.
 #[test]
 fn work_of_a_killed_worker_is_done_by_another() {
