@@ -262,7 +262,7 @@ fn told_line(output: &Output) -> String {
     text
 }
 
-/// What outgrows its worker is recorded, and the rest goes on.
+/// Work that outgrows its worker is recorded, and the rest goes on.
 #[test]
 fn workers_have_bounds() {
     let folder = tempfile::tempdir().unwrap();

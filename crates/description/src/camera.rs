@@ -1,4 +1,4 @@
-//! Where a picture is taken from.
+//! Camera of a description: placed, of the model's file, or framing the model.
 
 use super::Description;
 use super::error::DescriptionError;
@@ -26,13 +26,13 @@ pub struct CameraDescription {
     pub far: Option<f32>,
     /// Parallel projection that shows this many metres from top to bottom; 0 fits the model.
     pub orthographic_height: Option<f32>,
-    /// Where an automatic camera stands: a name such as `front`, or `x,y,z`.
+    /// Direction from which an automatic camera looks: a name such as `front`, or `x,y,z`.
     pub view: Option<ViewDirection>,
     /// A camera of the model file, by its name or number.
     pub from_model: Option<String>,
 }
 
-/// Where the camera of the auto-framing stands.
+/// Direction from which an automatic camera looks at the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewDirection {
     /// From the model towards the camera.
@@ -53,7 +53,7 @@ impl Description {
         }
     }
 
-    /// How a camera is found that fits the model, unless the description or the file has one.
+    /// The automatic framing of the model, unless the description or the file has one.
     #[must_use]
     pub fn framing(&self, scene: &Scene, options: &RenderOptions) -> Option<Framing> {
         let description = &self.camera;
@@ -102,7 +102,7 @@ impl Description {
     }
 }
 
-/// Whether anything of the floor can be in a picture: it is seen from above, and a shadow needs something that casts it.
+/// True if anything of the floor can be in a picture: it is seen from above, and a shadow needs something that casts it.
 fn shows_ground(scene: &Scene, framing: &Framing, options: &RenderOptions) -> bool {
     let Framing { direction: [_, height, _], orthographic, .. } = *framing;
     let from_above = height > 0.0 || height == 0.0 && !orthographic;

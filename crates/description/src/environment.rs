@@ -12,7 +12,7 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What a scene file's `env` and the option `--env` say.
+/// Source of the light from afar: value of a scene file's `env` and of the option `--env`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EnvironmentChoice {

@@ -7,7 +7,7 @@ use overcoat_scene::SceneError;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-/// What is wrong with a description, or with a file that it names. A message is one line without control characters.
+/// Error in a description, or in a file that it names. A message is one line without control characters.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DescriptionError {
@@ -44,7 +44,7 @@ pub enum DescriptionError {
     At {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Its error.
         error: Box<DescriptionError>,
     },
 }

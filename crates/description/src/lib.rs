@@ -100,14 +100,14 @@ use value::Value;
 /// Bytes of a scene file at most: it holds names and numbers only.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// What a picture shows and how. A key that is absent leaves the choice to the command line or to the default.
+/// Content and look of a picture. A key that is absent leaves the choice to the command line or to the default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
     /// The model file.
     pub model: Option<PathBuf>,
     /// Which axis of the model file is up, for example `+z`; what its format has if absent.
     pub up: Option<Axis>,
-    /// Where the light from afar comes from: `studio`, `none` or the path of an equirectangular picture.
+    /// Source of the light from afar: `studio`, `none` or the path of an equirectangular picture.
     pub env: Option<EnvironmentChoice>,
     /// Turns the environment about +Y, in degrees, counter-clockwise seen from above.
     pub env_rotation_degrees: Option<f32>,
@@ -147,7 +147,7 @@ pub struct Description {
     pub shading_rate: Option<u32>,
     /// All surfaces are shaded as often.
     pub shade_everywhere: Option<bool>,
-    /// What is seen of a floor under the model: `none`, `shadow`, a colour name or `#rrggbb`. If absent its shadow, and nothing
+    /// Floor under the model: `none`, `shadow`, a colour name or `#rrggbb`. If absent its shadow, and nothing
     /// without maps.
     pub ground: Option<Ground>,
     /// Part of the light of the model that the floor mirrors, 0 to 1. With one there is a floor, unless `ground` says none.
@@ -164,7 +164,7 @@ pub struct Description {
     pub anisotropy: Option<u32>,
     /// Roughness grows where normals vary within a pixel.
     pub specular_antialiasing: Option<bool>,
-    /// How reflections of rectangles and tubes are integrated: `ltc` or `facets`.
+    /// Integration of reflections of rectangles and tubes: `ltc` or `facets`.
     pub area_lights: Option<AreaLightMethod>,
     /// Triangles smaller than a pixel are shaded as one where their normals differ by less than this, 0 to 45 degrees.
     pub merge_angle_degrees: Option<f32>,
@@ -173,7 +173,7 @@ pub struct Description {
     /// Diameter of points in pixels, 0.1 to 64.
     pub point_size: Option<f32>,
 
-    /// What is doubtful about the file it was read from.
+    /// Warnings about the file that it was read from.
     pub warnings: Vec<Warning>,
 }
 
@@ -488,7 +488,7 @@ mod tests {
         assert_eq!(Description::from_json(&note).unwrap(), Description::default());
     }
 
-    /// Where nothing is said of them: the tier, and a shadow where the light of the environment can be blocked.
+    /// Defaults of quality and floor: the tier, and a shadow where the light of the environment can be blocked.
     #[test]
     fn defaults_of_quality_and_ground() {
         let options = |text: &str| {

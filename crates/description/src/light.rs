@@ -45,7 +45,7 @@ pub enum LightDescription {
     Spot {
         /// Metres.
         position: [f32; 3],
-        /// What it points at.
+        /// Point on its axis, in metres.
         target: [f32; 3],
         /// Metres to where it has faded out.
         range: Option<f32>,
@@ -64,7 +64,7 @@ pub enum LightDescription {
     Rect {
         /// Centre in metres.
         position: [f32; 3],
-        /// What its front faces.
+        /// Point that its front faces, in metres.
         target: [f32; 3],
         /// Which way is up on it; +Y if absent.
         up: Option<[f32; 3]>,
@@ -92,7 +92,7 @@ pub enum LightDescription {
     },
 }
 
-/// What a light may have, before it is known what it is.
+/// Properties of any kind of light, read before its kind is known.
 #[derive(Debug, Default)]
 struct Given {
     kind: Option<String>,
@@ -174,7 +174,7 @@ const KINDS: [(&str, &[&str]); 5] = [
 ];
 
 impl Given {
-    /// What a light has.
+    /// Properties of a light.
     fn of(light: &LightDescription) -> Self {
         let none = Self::default();
         match light.clone() {
@@ -246,7 +246,7 @@ impl LightDescription {
         write::table(KEYS, &Given::of(self))
     }
 
-    /// What one may be.
+    /// JSON schema of a light.
     pub(super) fn schema() -> serde_json::Value {
         let kinds: Vec<serde_json::Value> = KINDS
             .iter()

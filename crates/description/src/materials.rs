@@ -11,7 +11,7 @@ use overcoat_scene::Scene;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// Where a material comes from.
+/// Source of a material.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MaterialSource {
     /// A material file.
@@ -21,7 +21,7 @@ pub enum MaterialSource {
 }
 
 impl MaterialSource {
-    /// What ends in `.toml` or has a slash is a path; everything else the name of a built-in material.
+    /// A text that ends in `.toml` or has a slash is a path; everything else the name of a built-in material.
     ///
     /// # Errors
     /// One line with the names that there are.
@@ -89,9 +89,9 @@ pub fn builtin(name: &str) -> Result<&'static BuiltinMaterial, String> {
 /// A material, and which of the model's it takes the place of.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaterialChoice {
-    /// Those of this name; all if there is none.
+    /// Name of the model's materials that it replaces; all if there is none.
     pub name: Option<String>,
-    /// Where it comes from.
+    /// Its source.
     pub source: MaterialSource,
 }
 
@@ -119,7 +119,7 @@ impl Materials {
         description.material_choices().map(load).collect::<Result<_, _>>().map(Self)
     }
 
-    /// What is doubtful about the files.
+    /// Warnings about the files.
     pub fn warnings(&self) -> impl Iterator<Item = Warning> {
         self.0.iter().flat_map(|(choice, file)| {
             let name = choice.source.file().map(file_name).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What messages quote.
+//! Quotations of names and files in messages.
 
 use std::path::Path;
 

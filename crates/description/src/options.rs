@@ -1,4 +1,4 @@
-//! How a picture is drawn and shown.
+//! Options of drawing and of display.
 
 use super::Description;
 use super::error::DescriptionError;
@@ -9,7 +9,7 @@ use overcoat_core::math::lanes::SimdLevel;
 use overcoat_render::{Background, Ground, RenderOptions};
 use overcoat_scene::Scene;
 
-/// What a scene file's `background` and the option `--background` say.
+/// Background: value of a scene file's `background` and of the option `--background`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BackgroundChoice {
@@ -21,7 +21,7 @@ pub enum BackgroundChoice {
     Color([u8; 3]),
 }
 
-/// What a scene file's `exposure` and the option `--exposure` say.
+/// Exposure: value of a scene file's `exposure` and of the option `--exposure`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ExposureChoice {
@@ -31,7 +31,7 @@ pub enum ExposureChoice {
     Auto,
 }
 
-/// What a picture needs from the machine and not from its description. Changes nothing in it.
+/// Settings of the machine, which are not in the description and change no pixel.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Machine {

@@ -17,7 +17,7 @@ use std::path::Path;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Picture {
-    /// What is seen.
+    /// The scene.
     pub scene: Scene,
     /// From where.
     pub camera: Camera,
@@ -25,18 +25,18 @@ pub struct Picture {
     pub options: RenderOptions,
     /// The way to 8 bits.
     pub display: DisplayOptions,
-    /// What the model file asks for and the picture will not show.
+    /// Warnings about content of the model's file that the picture will not show.
     pub warnings: Vec<Warning>,
 }
 
-/// What is the same for all models and poses that one description shows.
+/// Materials and environment of a description, for all models and poses that it shows.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Setting {
     materials: Materials,
     /// Scenes that share it share its filtered form.
     environment: Environment,
-    /// What is doubtful about the scene file, the materials and the environment.
+    /// Warnings about the scene file, the materials and the environment.
     pub warnings: Vec<Warning>,
 }
 
@@ -128,7 +128,7 @@ impl Description {
         self.finish(loaded, setting, options, limits)
     }
 
-    /// What of its model is loaded.
+    /// Options of loading its model.
     ///
     /// # Errors
     /// [`DescriptionError`] if there is a time and no animation, or a time that is none.

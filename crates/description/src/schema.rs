@@ -31,7 +31,7 @@ pub(super) fn table<T>(keys: &'static [Key<T>], required: &[&str]) -> Value {
     table
 }
 
-/// What a key takes, and what it is for.
+/// JSON schema of a key, with its sentence.
 pub(super) fn property<T>(key: &Key<T>) -> Value {
     let mut schema = (key.schema)();
     schema["description"] = json!(key.sentence());

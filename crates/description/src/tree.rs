@@ -12,7 +12,7 @@ use toml::de::DeValue;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node<'a> {
     file: &'a str,
-    /// Where it begins, in bytes.
+    /// Byte offset of its beginning.
     at: usize,
     form: Form<'a>,
 }
@@ -135,7 +135,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// What is there, for messages.
+    /// The value's text or type, for messages.
     pub(super) fn found(&self) -> String {
         if let Some(text) = self.text() {
             return format!("\"{}\"", short(&text));
@@ -156,7 +156,7 @@ impl<'a> Node<'a> {
     }
 }
 
-/// What a message quotes of a file.
+/// Excerpt of a file for messages: at most 80 characters.
 pub(super) fn short(text: &str) -> String {
     let mut out: String = text.chars().take(80).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().nth(80).is_some() {

@@ -13,9 +13,9 @@ const LOOKS: [Duration; 2] = [Duration::from_millis(5), Duration::from_millis(10
 /// Times that the work on one model may take.
 #[derive(Clone, Copy, Debug)]
 pub struct TimeLimits {
-    /// Of all threads of its worker. Where the system does not tell it (on others than Linux), of the wall.
+    /// Processor time of all threads of its worker; wall time where the system does not tell it (on others than Linux).
     pub processor: Duration,
-    /// Of the wall.
+    /// Wall time.
     pub wall: Duration,
 }
 
@@ -57,7 +57,7 @@ impl fmt::Display for TimeLimit {
     }
 }
 
-/// What is left of the time for one model.
+/// Time that is left for the work on one model.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TimeBudget {
     limits: TimeLimits,

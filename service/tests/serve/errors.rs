@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-/// What takes a worker some seconds.
+/// A picture that takes a worker some seconds.
 const SLOW: &str = "/render?size=2048&quality=best&samples=16&rays=64";
 
 #[test]
@@ -243,7 +243,7 @@ fn work_of_a_killed_worker_is_done_by_another() {
     assert_eq!(service.metric("overcoat_workers_died_total"), 1.0);
 }
 
-/// What has failed costs nothing for a while, whatever the request's other headers.
+/// Work that has failed costs nothing for a while.
 #[test]
 fn failures_are_remembered_and_forgotten() {
     let service = start(&["--failure-seconds", "600"]);

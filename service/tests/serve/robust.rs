@@ -1,4 +1,4 @@
-//! What must not happen under load, at the end, and to the cache.
+//! Faults that must not happen under load, at the end, and to the cache.
 
 use crate::service::{Answer, ask, model, model_path, start};
 use std::io::{Read, Write};

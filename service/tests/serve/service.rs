@@ -17,7 +17,7 @@ pub fn model_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/models").join(name)
 }
 
-/// What is in it.
+/// Its content.
 pub fn model(name: &str) -> Vec<u8> {
     std::fs::read(model_path(name)).unwrap()
 }
@@ -66,7 +66,7 @@ impl Answer {
     }
 }
 
-/// What a service is started with beside a free port and one worker.
+/// Arguments of a service beside a free port and one worker.
 pub fn start(args: &[&str]) -> Service {
     start_with(Path::new(PROGRAM), args, &[])
 }
@@ -217,7 +217,7 @@ pub fn ask(
     read_answer(&mut stream, method)
 }
 
-/// What comes until the end of the connection.
+/// Bytes until the end of the connection.
 pub fn read_answer(stream: &mut TcpStream, method: &str) -> std::io::Result<Answer> {
     let mut all = Vec::new();
     let mut part = [0; 1 << 16];
