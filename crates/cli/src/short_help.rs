@@ -1,12 +1,12 @@
-//! `-h` on one screen: the options that people use, and where the rest is.
+//! `-h` on one screen: the options that people use, in a few words each, and where the rest is.
 
 use super::args::Cli;
 use clap::error::Error;
-use clap::{Command, CommandFactory, FromArgMatches};
+use clap::{Arg, Command, CommandFactory, FromArgMatches};
 use std::ffi::OsString;
 
-/// Options that `-h` lists of commands that draw models.
-const USUAL: [&str; 17] = [
+/// Options of drawing that `-h` lists; those that a command has for itself are listed beside them.
+const USUAL: [&str; 16] = [
     "input",
     "inputs",
     "models",
@@ -16,78 +16,97 @@ const USUAL: [&str; 17] = [
     "seconds",
     "turn",
     "fps",
-    "animation",
+    "against",
+    "columns",
     "size",
     "view",
     "env",
-    "shading",
     "quality",
     "background",
-    "materials",
 ];
 
-/// Options of a command that are too many for one screen.
-const MANY: usize = 24;
+/// Options of a command that are too many for one screen, with their examples.
+const MANY: usize = 12;
+
+/// Characters of the help of an option that may stay as they are.
+const SHORT: usize = 70;
 
 /// Reads a command line.
 ///
 /// # Errors
 /// [`Error`] of clap, as of [`clap::Parser::try_parse_from`].
 pub(super) fn parse(arguments: Vec<OsString>) -> Result<Cli, Error> {
-    let mut command = command();
+    let mut command =
+        if arguments.iter().any(|argument| argument == "-h") { short() } else { Cli::command() };
     let mut matches = command.try_get_matches_from_mut(arguments)?;
     Cli::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command))
 }
 
-/// The program's arguments, with the help of `-h` cut to a screen.
-fn command() -> Command {
+/// The program's arguments with the help of `-h`.
+fn short() -> Command {
     let mut all = Cli::command();
     let names: Vec<String> = all.get_subcommands().map(|below| below.get_name().to_owned()).collect();
     for name in names {
         all = all.mut_subcommand(name, shortened);
     }
-    all
+    all.mut_arg("sandbox", |argument| argument.hide(true))
 }
 
-/// A command whose `-h` lists the usual options alone, if it has many.
+/// A command whose `-h` fits a screen.
 fn shortened(command: Command) -> Command {
-    let arguments = command.get_arguments();
-    if arguments.count() < MANY {
+    let count = command.get_arguments().count();
+    if count <= MANY {
         return command;
     }
-    let is_usual = |id: &str| USUAL.contains(&id);
-    let command = command.mut_args(|argument| {
-        let id = argument.get_id().as_str();
-        if is_usual(id) { argument } else { argument.hide_short_help(true) }
-    });
+    let draws = command.get_arguments().any(|argument| argument.get_id() == "quality");
     let rest = format!("All options, and examples: overcoat {} --help", command.get_name());
-    match command.get_after_help().cloned() {
-        Some(examples) => command.after_long_help(examples).after_help(rest),
-        None => command.after_help(rest),
-    }
+    let command = command.mut_args(|argument| {
+        let is_usual = !draws || USUAL.contains(&argument.get_id().as_str());
+        if is_usual { in_few_words(argument) } else { argument.hide(true) }
+    });
+    command.after_help(rest)
+}
+
+/// An option without heading, and with the beginning of its help where that is long.
+fn in_few_words(argument: Arg) -> Arg {
+    let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
+    let ends = [": ", "; ", " (", " [", ", or "].map(|end| help.find(end));
+    let end = if help.len() > SHORT { ends.into_iter().flatten().min() } else { None };
+    let short = help.get(..end.unwrap_or(help.len())).unwrap_or(&help).to_owned();
+    argument.help(short).help_heading(None::<&str>)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn help(arguments: &[&str]) -> String {
+        let arguments = arguments.iter().map(OsString::from).collect();
+        parse(arguments).unwrap_err().to_string()
+    }
+
     /// Help of the program and of each command fits a screen of 40 lines; `--help` has it all.
     #[test]
     fn short_help_fits_a_screen() {
-        let mut all = command();
-        all.build();
-        let help = all.render_help().to_string();
-        assert!(help.lines().count() <= 40, "{help}");
-        for below in all.get_subcommands_mut() {
-            let help = below.render_help().to_string();
-            assert!(help.lines().count() <= 40, "{}: {help}", below.get_name());
+        for below in Cli::command().get_subcommands().filter(|below| !below.is_disable_help_flag_set()) {
+            let short = help(&["overcoat", below.get_name(), "-h"]);
+            assert!(short.lines().count() <= 40, "{}: {short}", below.get_name());
         }
-        let render = all.find_subcommand_mut("render").unwrap();
-        let (short, long) = (render.render_help().to_string(), render.render_long_help().to_string());
-        for option in ["--output", "--size", "--view", "--env", "--quality", "--material", "--background"] {
+        let short = help(&["overcoat", "-h"]);
+        assert!(short.lines().count() <= 40, "{short}");
+    }
+
+    #[test]
+    fn short_help_has_the_usual_options_and_says_where_the_others_are() {
+        let (short, long) = (help(&["overcoat", "render", "-h"]), help(&["overcoat", "render", "--help"]));
+        for option in ["--output", "--size", "--view", "--env", "--quality", "--background", "render --help"]
+        {
             assert!(short.contains(option), "{option} {short}");
         }
-        assert!(long.contains("--merge-angle") && long.contains("Examples:"), "{long}");
-        assert!(short.contains("overcoat render --help"), "{short}");
+        assert!(!short.contains("--merge-angle"), "{short}");
+        assert!(
+            long.contains("--merge-angle") && long.contains("Examples:") && long.contains("--sandbox"),
+            "{long}"
+        );
     }
 }

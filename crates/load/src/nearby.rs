@@ -85,7 +85,10 @@ fn places(folder: &str, name: &str) -> Vec<String> {
     let portable = name.trim().trim_matches(['"', '\'']).replace('\\', "/");
     let portable = portable.strip_prefix("./").unwrap_or(&portable);
     // Poser separates folders by colons, as the Macintosh did: `:Runtime:Textures:t.png`.
-    let colons = !portable.contains('/') && (portable.starts_with(':') || portable.matches(':').count() > 1);
+    // Two in a row begin the name of a data stream on Windows.
+    let colons = !portable.contains('/')
+        && !portable.contains("::")
+        && (portable.starts_with(':') || portable.matches(':').count() > 1);
     let with_slashes = colons.then(|| portable.replace(':', "/"));
     let portable = with_slashes.as_deref().map_or(portable, |portable| portable.trim_start_matches('/'));
     let mut out = Vec::new();
