@@ -110,7 +110,8 @@ fn a_model_alone_is_a_batch() {
     let records = records(&to.join("report.jsonl"));
     assert_eq!(records["torus-knot.obj.png"]["needed"][0]["name"], "torus-knot.mtl");
     let output = batch(&[folder.path().join("notes.txt").to_str().unwrap(), "-o", to.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert!(told_line(&output).contains("neither a folder nor a model"), "{}", told(&output));
 }
 
 /// Killed and resumed: the same files as in one go, each made once.

@@ -57,7 +57,8 @@ pub(super) fn part_name(name: &str) -> String {
     for segment in name.split(['/', '\\']) {
         match segment {
             "" | "." => {}
-            ".." => drop(segments.pop()),
+            // Names that lead out of the archive stay what they are, so that nobody takes them for others.
+            ".." if segments.last().is_some_and(|last| *last != "..") => drop(segments.pop()),
             _ => segments.push(segment),
         }
     }
