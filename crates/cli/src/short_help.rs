@@ -59,7 +59,7 @@ fn shortened(command: Command) -> Command {
         return command;
     }
     let draws = command.get_arguments().any(|argument| argument.get_id() == "quality");
-    let rest = format!("All options, and examples: overcoat {} --help", command.get_name());
+    let rest = format!("All options with their defaults, and examples: overcoat {} --help", command.get_name());
     let command = command.mut_args(|argument| {
         let is_usual = !draws || USUAL.contains(&argument.get_id().as_str());
         if is_usual { in_few_words(argument) } else { argument.hide(true) }
@@ -67,13 +67,13 @@ fn shortened(command: Command) -> Command {
     command.after_help(rest)
 }
 
-/// An option without heading, and with the beginning of its help where that is long.
+/// An option without heading and default, and with the beginning of its help where that is long.
 fn in_few_words(argument: Arg) -> Arg {
     let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
     let ends = [": ", "; ", " (", " [", ", or "].map(|end| help.find(end));
     let end = if help.len() > SHORT { ends.into_iter().flatten().min() } else { None };
     let short = help.get(..end.unwrap_or(help.len())).unwrap_or(&help).to_owned();
-    argument.help(short).help_heading(None::<&str>)
+    argument.help(short).help_heading(None::<&str>).hide_default_value(true)
 }
 
 #[cfg(test)]
