@@ -59,7 +59,8 @@ fn shortened(command: Command) -> Command {
         return command;
     }
     let draws = command.get_arguments().any(|argument| argument.get_id() == "quality");
-    let rest = format!("All options with their defaults, and examples: overcoat {} --help", command.get_name());
+    let rest =
+        format!("All options with their defaults, and examples: overcoat {} --help", command.get_name());
     let command = command.mut_args(|argument| {
         let is_usual = !draws || USUAL.contains(&argument.get_id().as_str());
         if is_usual { in_few_words(argument) } else { argument.hide(true) }
