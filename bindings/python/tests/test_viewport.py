@@ -209,8 +209,8 @@ def test_what_is_seen_in_a_pixel(scene):
 
 def test_an_orbit_goes_around(scene):
     orbit = overcoat.Orbit.around(scene, 1.5)
-    assert overcoat.render(scene, size=(60, 40), quality="draft").hash == overcoat.render(
-        scene, size=(60, 40), quality="draft", camera=orbit
+    assert overcoat.render(scene, size=(60, 40)).hash == overcoat.render(
+        scene, size=(60, 40), camera=orbit
     ).hash
     first = orbit.copy()
     distance = np.linalg.norm(np.subtract(orbit.eye, orbit.target))
