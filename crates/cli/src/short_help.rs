@@ -25,8 +25,8 @@ const USUAL: [&str; 16] = [
     "background",
 ];
 
-/// Options of a command that are too many for one screen, with their examples.
-const MANY: usize = 12;
+/// Lines of help that fit a screen, with those that the program adds to a command's own.
+const SCREEN: usize = 36;
 
 /// Characters of the help of an option that may stay as they are.
 const SHORT: usize = 70;
@@ -54,8 +54,7 @@ fn short() -> Command {
 
 /// A command whose `-h` fits a screen.
 fn shortened(command: Command) -> Command {
-    let count = command.get_arguments().count();
-    if count <= MANY {
+    if command.clone().render_help().to_string().lines().count() <= SCREEN {
         return command;
     }
     let draws = command.get_arguments().any(|argument| argument.get_id() == "quality");
