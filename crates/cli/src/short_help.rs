@@ -6,7 +6,7 @@ use clap::{Arg, Command, CommandFactory, FromArgMatches};
 use std::ffi::OsString;
 
 /// Options of drawing that `-h` lists; those that a command has for itself are listed beside them.
-const USUAL: [&str; 16] = [
+const USUAL: [&str; 21] = [
     "input",
     "inputs",
     "models",
@@ -22,7 +22,12 @@ const USUAL: [&str; 16] = [
     "view",
     "env",
     "quality",
+    "samples",
+    "shading",
+    "materials",
+    "ground",
     "background",
+    "force",
 ];
 
 /// Lines of help that fit a screen, with those that the program adds to a command's own.
@@ -99,8 +104,16 @@ mod tests {
     #[test]
     fn short_help_has_the_usual_options_and_says_where_the_others_are() {
         let (short, long) = (help(&["overcoat", "render", "-h"]), help(&["overcoat", "render", "--help"]));
-        for option in ["--output", "--size", "--view", "--env", "--quality", "--background", "render --help"]
-        {
+        for option in [
+            "--output",
+            "--size",
+            "--view",
+            "--env",
+            "--quality",
+            "--material",
+            "--background",
+            "render --help",
+        ] {
             assert!(short.contains(option), "{option} {short}");
         }
         assert!(!short.contains("--merge-angle"), "{short}");
