@@ -30,8 +30,8 @@ const USUAL: [&str; 21] = [
     "force",
 ];
 
-/// Lines of help that fit a screen, with those that the program adds to a command's own.
-const SCREEN: usize = 36;
+/// Lines of help that fit a screen.
+const SCREEN: usize = 40;
 
 /// Characters of the help of an option that may stay as they are.
 const SHORT: usize = 70;
@@ -49,19 +49,20 @@ pub(super) fn parse(arguments: Vec<OsString>) -> Result<Cli, Error> {
 
 /// The program's arguments with the help of `-h`.
 fn short() -> Command {
+    let mut built = Cli::command();
+    built.build();
+    let is_long = |below: &mut Command| below.render_help().to_string().lines().count() > SCREEN;
     let mut all = Cli::command();
-    let names: Vec<String> = all.get_subcommands().map(|below| below.get_name().to_owned()).collect();
-    for name in names {
-        all = all.mut_subcommand(name, shortened);
+    for below in built.get_subcommands_mut() {
+        if is_long(below) {
+            all = all.mut_subcommand(below.get_name(), shortened);
+        }
     }
     all.mut_arg("sandbox", |argument| argument.hide(true))
 }
 
 /// A command whose `-h` fits a screen.
 fn shortened(command: Command) -> Command {
-    if command.clone().render_help().to_string().lines().count() <= SCREEN {
-        return command;
-    }
     let draws = command.get_arguments().any(|argument| argument.get_id() == "quality");
     let rest =
         format!("All options with their defaults, and examples: overcoat {} --help", command.get_name());
@@ -78,7 +79,8 @@ fn in_few_words(argument: Arg) -> Arg {
     let ends = [": ", "; ", " (", " [", ", or "].map(|end| help.find(end));
     let end = if help.len() > SHORT { ends.into_iter().flatten().min() } else { None };
     let short = help.get(..end.unwrap_or(help.len())).unwrap_or(&help).to_owned();
-    argument.help(short).help_heading(None::<&str>).hide_default_value(true)
+    let has_value = argument.get_action().takes_values();
+    argument.help(short).help_heading(None::<&str>).hide_default_value(has_value)
 }
 
 #[cfg(test)]
