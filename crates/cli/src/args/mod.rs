@@ -181,6 +181,8 @@ mod tests {
     fn help_names_every_value() {
         let help = |command: &str| {
             let mut cli = Cli::command();
+            // Options of all commands are known to each once they are built.
+            cli.build();
             let text = cli.find_subcommand_mut(command).unwrap().render_long_help().to_string();
             // Names may stand at the end of a sentence or of a line.
             let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "-_.".contains(c)));
