@@ -161,8 +161,7 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
         assert!(error.is_err() && begun <= whole, "{begun}");
     }
     assert_eq!(draw(limited(enough), 2, None), (Ok(whole), whole));
-    // Of several limits the error names the one that one thread passes first; of those that one tile passes, the
-    // cheapest.
+    // The error names the limit that a single thread passes first, and the cheapest of those that one tile passes.
     let several = limited(200).with_fragments(70_000).with_blend_entries(60_000);
     for (threads, tile_size) in [(1, None), (3, Some(16)), (3, Some(64)), (7, None)] {
         for _ in 0..3 {

@@ -19,16 +19,17 @@ fn is_model(first: &OsStr) -> bool {
     if first.as_encoded_bytes().starts_with(b"-") {
         return false;
     }
+    let path = Path::new(first);
+    let ending = path.extension().and_then(OsStr::to_str);
+    // Names of commands have no ending and are seldom those of files: the arguments are not built for them.
+    if !ending.is_some_and(|ending| Format::from_extension(ending).is_some()) && !path.is_file() {
+        return false;
+    }
     let all = Cli::command();
     let is_command = all
         .get_subcommands()
         .any(|command| command.get_name_and_visible_aliases().iter().any(|name| *name == first));
-    let path = Path::new(first);
-    let has_ending = path
-        .extension()
-        .and_then(OsStr::to_str)
-        .is_some_and(|ending| Format::from_extension(ending).is_some());
-    !is_command && first != "help" && (has_ending || path.is_file())
+    !is_command && first != "help"
 }
 
 #[cfg(test)]

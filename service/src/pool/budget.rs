@@ -163,7 +163,7 @@ mod tests {
             let budget = TimeBudget::new(limits).of_process(process);
             assert_eq!(budget.wait(std::future::pending::<()>()).await, Err(TimeLimit::Wall(limits.wall)));
         }
-        // Where nobody knows the processor time, its limit is one of the wall.
+        // The limit of processor time becomes one of the wall if the system does not tell processor time.
         let limits = TimeLimits { processor: Duration::from_millis(50), wall: LONG };
         let passed = TimeBudget::new(limits).of_process(None).wait(std::future::pending::<()>()).await;
         assert_eq!(passed, Err(TimeLimit::Processor(limits.processor)));

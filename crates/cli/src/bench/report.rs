@@ -108,7 +108,7 @@ impl Times {
     pub(super) fn new(times: &mut [Duration]) -> Self {
         times.sort_unstable();
         let at = |k: usize| times.get(k).copied().unwrap_or_default();
-        // Of an even number of times the lower of the two in the middle.
+        // Lower median: the smaller of the two middle times of an even number.
         Self { median: milliseconds(at(times.len().saturating_sub(1) / 2)), min: milliseconds(at(0)) }
     }
 }

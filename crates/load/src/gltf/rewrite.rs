@@ -490,7 +490,7 @@ mod tests {
 
     #[test]
     fn numbers_stand_where_the_file_has_them() {
-        // Of several coats the one that is read; a draft's name that the file uses, else the newest.
+        // The coat extension that is read among several: a draft's name if the file uses it, else the newest.
         let mut found = metal();
         found.lobes.coat.color.factor = [0.5, 0.25, 0.125];
         found.lobes.coat.ior = 1.75;

@@ -50,7 +50,7 @@ fn spliced(text: &str, range: Range<usize>, other: &str) -> String {
 pub fn get<'a>(object: &'a str, path: &[&str]) -> Result<Option<&'a str>, Refused> {
     let [name, rest @ ..] = path else { return Ok(Some(object)) };
     let Members(members) = serde_json::from_str(object)?;
-    // Of duplicate members the last one counts.
+    // The last of duplicate members counts.
     match members.iter().rfind(|(member, _)| member == name) {
         Some((_, value)) => get(value.get(), rest),
         None => Ok(None),
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(set(&["a", "q\""], "1"), TEXT.replace("null", "null,\"q\\\"\":1"));
         assert_eq!(super::set("{ }", &["k"], "1").unwrap(), "{\"k\":1}");
         assert!(super::set("[1]", &["k"], "1").is_err() && super::set(TEXT, &["b", "k"], "1").is_err());
-        // Of duplicate members the one that counts is replaced.
+        // The last of duplicate members is replaced: it is the one that counts.
         assert_eq!(super::set("{\"k\":1,\"k\":2}", &["k"], "3").unwrap(), "{\"k\":1,\"k\":3}");
     }
 
