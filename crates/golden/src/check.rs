@@ -3,7 +3,7 @@
 use super::GoldenError;
 use super::metrics::exact::unmatched_planes;
 use super::metrics::{Measured, Metrics, measure};
-use super::thresholds::{Thresholds, short};
+use super::thresholds::{Thresholds, pixels_differ, short};
 use super::walk::{Pair, dotted, extension};
 use overcoat_core::files::read_file;
 use overcoat_core::limits::Limits;
@@ -325,7 +325,7 @@ pub fn compare_pictures(
         Verdict::Differs
     } else if measured.metrics.exact.pixels > 0 {
         let exact = &measured.metrics.exact;
-        reasons.push(format!("{} pixels differ by up to {}", exact.pixels, short(exact.max_abs)));
+        reasons.push(format!("{} by up to {}", pixels_differ(exact.pixels), short(exact.max_abs)));
         Verdict::Within
     } else {
         Verdict::Equal

@@ -185,7 +185,7 @@ impl Thresholds {
     }
 }
 
-fn pixels_differ(count: u64) -> String {
+pub(super) fn pixels_differ(count: u64) -> String {
     if count == 1 { "1 pixel differs".to_owned() } else { format!("{count} pixels differ") }
 }
 
