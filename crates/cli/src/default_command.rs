@@ -22,7 +22,7 @@ fn is_model(first: &OsStr) -> bool {
     let path = Path::new(first);
     let ending = path.extension().and_then(OsStr::to_str);
     // Names of commands have no ending and are seldom those of files: the arguments are not built for them.
-    if !ending.is_some_and(|ending| Format::from_extension(ending).is_some()) && !path.is_file() {
+    if ending.is_none_or(|ending| Format::from_extension(ending).is_none()) && !path.is_file() {
         return false;
     }
     let all = Cli::command();
