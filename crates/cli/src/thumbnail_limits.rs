@@ -7,13 +7,13 @@ pub const MEMORY_DEFAULT: &str = "512Mi";
 
 /// The limits that are smaller than those of other commands.
 ///
-/// Models of two million triangles, or with sixteen textures of 2048 x 2048, are within them; what is not ends within five
-/// seconds of one processor.
+/// Models of two million triangles are within them, and textures of 8192 x 8192, or sixteen of 4096 x 4096: what is kept of those is
+/// smaller. What is not ends within five seconds of one processor.
 pub const THUMBNAIL_LIMITS: [(&str, u64); 7] = [
     ("input_bytes", 1 << 28),
     ("decoded_bytes", 7 << 26),
     ("triangles", 1 << 22),
-    ("texture_pixels", 1 << 25),
+    ("texture_pixels", 1 << 26),
     ("total_texture_pixels", 1 << 26),
     ("shading", 1 << 12),
     ("blocks", 1 << 25),

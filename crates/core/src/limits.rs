@@ -23,7 +23,8 @@ pub struct Limits {
     pub textures: u64,
     /// Pixels of one texture or environment. Default 2^26 (8192 x 8192).
     pub texture_pixels: u64,
-    /// Pixels of all textures of a scene together. Default 2^27.
+    /// Pixels of all textures of a scene together, as they are kept: beyond, models' largest textures lose their finest mip levels.
+    /// Files may store four times as many. Default 2^27.
     pub total_texture_pixels: u64,
     /// Lights of a scene: each of them shines on every fragment that it reaches. Default 256.
     pub lights: u64,

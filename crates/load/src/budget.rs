@@ -1,5 +1,9 @@
 //! Budget of memory: bytes granted to a file so far, held against its limit.
+use crate::image::Header;
 use overcoat_core::limits::{LimitExceeded, Limits};
+use overcoat_scene::level_size;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// From so many bytes on the system is asked whether it has them.
 const LARGE: u64 = 1 << 20;
@@ -10,15 +14,69 @@ const LARGE: u64 = 1 << 20;
 pub(crate) struct Budget {
     used: u64,
     limit: u64,
-    /// Pixels of textures, against [`Limits::total_texture_pixels`].
+    /// Texels of textures as they are kept, against [`Limits::total_texture_pixels`].
     pixels: u64,
     pixel_limit: u64,
+    /// Texels of textures as they are stored, against [`DECODED`] times as many.
+    stored: u64,
+}
+
+/// Texels that a file may store for each texel that may be kept: decoding takes time, and no memory where it goes by rows.
+const DECODED: u64 = 4;
+
+/// Texels up to which a texture is not made smaller.
+const SMALL: u64 = 64 * 64;
+
+/// Texture that asks for a part of the budget.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Claim {
+    /// Width and height in texels, as it is stored.
+    pub(crate) size: [u32; 2],
+    /// Bytes that each texel takes.
+    pub(crate) per_texel: u64,
+    /// Mip level that is the finest one kept; 0 is the image itself.
+    pub(crate) finest: u32,
+    /// Bytes that decoding takes for a while.
+    pub(crate) transient: u64,
+}
+
+impl Claim {
+    /// Claim to the whole of a texture.
+    pub(crate) fn new(size: [u32; 2], per_texel: u64) -> Self {
+        Self { size, per_texel, finest: 0, transient: 0 }
+    }
+
+    /// Claim to the whole of a picture with this header.
+    pub(crate) fn of(header: &Header, per_texel: u64) -> Self {
+        let transient = header.texels().saturating_mul(header.transient);
+        Self { transient, ..Self::new([header.width, header.height], per_texel) }
+    }
+
+    /// Texels that are kept.
+    fn texels(&self) -> u64 {
+        area(level_size(self.size, self.finest))
+    }
+
+    fn bytes(&self) -> u64 {
+        self.texels().saturating_mul(self.per_texel)
+    }
+}
+
+/// Texels of an image. Two numbers of 32 bits have a product of 64.
+fn area([width, height]: [u32; 2]) -> u64 {
+    u64::from(width).saturating_mul(height.into())
 }
 
 impl Budget {
     /// Budget of which nothing is used yet.
     pub(crate) fn new(limits: &Limits) -> Self {
-        Self { used: 0, limit: limits.decoded_bytes, pixels: 0, pixel_limit: limits.total_texture_pixels }
+        Self {
+            used: 0,
+            limit: limits.decoded_bytes,
+            pixels: 0,
+            pixel_limit: limits.total_texture_pixels,
+            stored: 0,
+        }
     }
 
     /// Grants `count` elements of `size` bytes.
@@ -42,20 +100,63 @@ impl Budget {
         Ok(())
     }
 
-    /// Grants a texture of so many pixels, each of which takes `size` bytes.
+    /// Makes textures fit into what is left, if they do not: again and again the largest loses its finest level. Those of
+    /// [`SMALL`] and fewer texels stay as they are.
+    pub(crate) fn fit(&self, claims: &mut [Claim]) {
+        let (mut pixels, mut bytes) = claims
+            .iter()
+            .fold((0_u64, 0_u64), |(p, b), c| (p.saturating_add(c.texels()), b.saturating_add(c.bytes())));
+        let pixel_room = self.pixel_limit.saturating_sub(self.pixels);
+        let transient = claims.iter().map(|claim| claim.transient).max().unwrap_or(0);
+        let left = self.left().saturating_sub(transient);
+        if pixels <= pixel_room && bytes <= left {
+            return;
+        }
+        // Geometry comes after them.
+        let byte_room = if bytes > left { left / 2 } else { left };
+        let mut largest: BinaryHeap<_> =
+            claims.iter().enumerate().map(|(k, claim)| (claim.texels(), Reverse(k))).collect();
+        while pixels > pixel_room || bytes > byte_room {
+            let Some((texels, Reverse(k))) = largest.pop().filter(|(texels, _)| *texels > SMALL) else {
+                return;
+            };
+            let Some(claim) = claims.get_mut(k) else { return };
+            let before = claim.bytes();
+            claim.finest = claim.finest.saturating_add(1);
+            pixels = pixels.saturating_sub(texels).saturating_add(claim.texels());
+            bytes = bytes.saturating_sub(before).saturating_add(claim.bytes());
+            largest.push((claim.texels(), Reverse(k)));
+        }
+    }
+
+    /// Makes one of several textures fit, of which the others are not known: into half of what is left, if need be.
+    pub(crate) fn fit_one(&self, claim: &mut Claim) {
+        let pixels = self.pixel_limit.saturating_sub(self.pixels) / 2;
+        let bytes = self.left().saturating_sub(claim.transient) / 2;
+        while claim.texels() > SMALL && (claim.texels() > pixels || claim.bytes() > bytes) {
+            claim.finest = claim.finest.saturating_add(1);
+        }
+    }
+
+    /// Grants a texture.
     ///
     /// # Errors
-    /// [`LimitExceeded`] naming `what` if those are too many together with the textures before.
+    /// [`LimitExceeded`] naming `what` if its texels are too many together with those of the textures before, or if decoding it
+    /// takes more than what is left then.
     pub(crate) fn charge_texture(
         &mut self,
         what: impl Fn() -> String,
-        pixels: u64,
-        size: u64,
+        claim: &Claim,
     ) -> Result<(), LimitExceeded> {
-        let asked = self.pixels.saturating_add(pixels);
+        let asked = self.pixels.saturating_add(claim.texels());
         Limits::check(&what, asked, self.pixel_limit, "total_texture_pixels")?;
-        self.charge(what, pixels, size)?;
-        self.pixels = asked;
+        let stored = self.stored.saturating_add(area(claim.size));
+        let most = self.pixel_limit.saturating_mul(DECODED);
+        let all = || format!("{}, with the texels of textures before it as they are stored", what());
+        Limits::check(all, stored, most, "total_texture_pixels")?;
+        self.charge(&what, claim.texels(), claim.per_texel)?;
+        Limits::check(what, claim.transient, self.left(), "decoded_bytes")?;
+        (self.pixels, self.stored) = (asked, stored);
         Ok(())
     }
 
@@ -84,11 +185,63 @@ mod tests {
 
     #[test]
     fn textures_are_counted_in_pixels_too() {
+        let claim = |pixels: u32| Claim::new([pixels, 1], 4);
         let mut budget = Budget::new(&Limits::default().with_total_texture_pixels(100));
-        budget.charge_texture(|| "a".into(), 60, 4).unwrap();
-        let error = budget.charge_texture(|| "image 1".into(), 41, 4).unwrap_err();
+        budget.charge_texture(|| "a".into(), &claim(60)).unwrap();
+        let error = budget.charge_texture(|| "image 1".into(), &claim(41)).unwrap_err();
         assert_eq!(error.to_string(), "image 1: 101 exceeds the limit of 100 (total_texture_pixels)");
-        budget.charge_texture(|| "b".into(), 40, 4).unwrap();
-        budget.charge_texture(|| "c".into(), u64::MAX, u64::MAX).unwrap_err();
+        budget.charge_texture(|| "b".into(), &claim(40)).unwrap();
+        budget.charge_texture(|| "c".into(), &Claim::new([u32::MAX; 2], u64::MAX)).unwrap_err();
+        // What is stored may be four times as much.
+        let halved = Claim { finest: 1, ..Claim::new([2, 2], 4) };
+        let mut budget = Budget::new(&Limits::default().with_total_texture_pixels(100));
+        for _ in 0..100 {
+            budget.charge_texture(|| "d".into(), &halved).unwrap();
+        }
+        let mut budget = Budget::new(&Limits::default().with_total_texture_pixels(100));
+        let quartered = Claim { finest: 2, ..Claim::new([4, 4], 4) };
+        for _ in 0..25 {
+            budget.charge_texture(|| "e".into(), &quartered).unwrap();
+        }
+        let error = budget.charge_texture(|| "image 25".into(), &quartered).unwrap_err().to_string();
+        assert!(
+            error.starts_with("image 25, with ")
+                && error.ends_with("416 exceeds the limit of 400 (total_texture_pixels)")
+        );
+    }
+
+    #[test]
+    fn the_largest_textures_become_smaller_until_all_fit() {
+        let levels = |limits: Limits, sizes: &[[u32; 2]]| {
+            let mut claims: Vec<_> = sizes.iter().map(|&size| Claim::new(size, 6)).collect();
+            let mut budget = Budget::new(&limits);
+            budget.fit(&mut claims);
+            let charged = claims.iter().try_for_each(|claim| budget.charge_texture(String::new, claim));
+            (claims.iter().map(|claim| claim.finest).collect::<Vec<_>>(), charged.is_ok())
+        };
+        let pixels = |pixels| Limits::default().with_total_texture_pixels(pixels);
+        let sizes = [[1024, 1024], [512, 512], [1024, 1024], [256, 128]];
+        let all = 2 * (1 << 20) + (1 << 18) + (1 << 15);
+        assert_eq!(levels(pixels(all), &sizes), (vec![0; 4], true));
+        // The first of equals.
+        assert_eq!(levels(pixels(all - 1), &sizes), (vec![1, 0, 0, 0], true));
+        assert_eq!(levels(pixels(1 << 20), &sizes), (vec![1, 0, 1, 0], true));
+        assert_eq!(levels(pixels(600_000), &sizes), (vec![2, 1, 1, 0], true));
+        assert_eq!(levels(Limits::default().with_decoded_bytes(6 * all), &sizes), (vec![0; 4], true));
+        assert_eq!(
+            levels(Limits::default().with_decoded_bytes(6 * all - 1), &sizes),
+            (vec![1, 0, 1, 0], true)
+        );
+        // Small ones stay, and are refused.
+        assert_eq!(levels(pixels(4096), &[[64, 64], [64, 64]]), (vec![0, 0], false));
+        assert_eq!(levels(pixels(0), &[[u32::MAX; 2]]).1, false);
+
+        let budget = Budget::new(&pixels(1 << 20));
+        let one = |size| {
+            let mut claim = Claim::new(size, 6);
+            budget.fit_one(&mut claim);
+            claim.finest
+        };
+        assert_eq!([[512, 512], [1024, 512], [1024, 1024], [1 << 20, 1]].map(one), [0, 0, 1, 1]);
     }
 }

@@ -34,6 +34,7 @@ mod budget;
 mod clay;
 #[cfg(feature = "3mf")]
 mod embedded;
+mod encoded_image;
 mod environment;
 mod error;
 mod foreign;
@@ -391,13 +392,13 @@ fn read_unpacked(
             return Ok((Model::Rig(Box::new(rig)), format));
         }
         #[cfg(feature = "obj")]
-        Some(Format::Obj) => obj::load(bytes, context),
+        Some(Format::Obj) => obj::load(bytes, context, options.textures),
         #[cfg(feature = "ply-stl")]
         Some(Format::Stl) => stl::load(bytes, context),
         #[cfg(feature = "ply-stl")]
-        Some(Format::Ply) => ply::load(bytes, context),
+        Some(Format::Ply) => ply::load(bytes, context, options.textures),
         #[cfg(feature = "3mf")]
-        Some(Format::ThreeMf) => threemf::load(bytes, context),
+        Some(Format::ThreeMf) => threemf::load(bytes, context, options.textures),
         #[cfg(not(all(feature = "3mf", feature = "obj", feature = "ply-stl")))]
         Some(format) => Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT)),
         None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),

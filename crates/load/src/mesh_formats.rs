@@ -2,7 +2,8 @@
 //! name.
 use super::budget::Budget;
 use super::clay::clay;
-use super::image::{self, Picture};
+use super::encoded_image::EncodedImage;
+use super::image;
 use super::nearby::Nearby;
 use super::text::quoted;
 use super::{Context, LoadError, Loaded, Warning};
@@ -98,37 +99,33 @@ pub(super) fn finish(scene: Scene, mut warnings: Vec<Warning>) -> Loaded {
     Loaded { warnings, ..Loaded::from(scene) }
 }
 
-/// Reads and decodes one picture that the model names. The inner error says why it cannot be had.
+/// Reads one picture that the model names, for a texture. The inner error says why it cannot be had.
 pub(super) fn read_picture(
+    format: &str,
     context: &Context<'_>,
     file: &str,
     budget: &mut Budget,
-) -> Result<Result<Picture, String>, LoadError> {
-    let what = format!("texture {}", quoted(file.as_bytes()));
-    let left_out = |why: &dyn std::fmt::Display| Ok(Err(format!("{what} is left out: {why}")));
-    let bytes = match Nearby::default().read(context, "", [file], context.limits.input_bytes) {
-        Ok(found) => found.bytes,
-        Err(error) => return left_out(&error),
-    };
-    picture_of(&what, &bytes, context, budget)
-        .map(|picture| picture.map_err(|why| format!("{what} is left out: {why}")))
+) -> Result<Result<EncodedImage, String>, LoadError> {
+    let what = format!("{format}: texture {}", quoted(file.as_bytes()));
+    match Nearby::default().read(context, "", [file], context.limits.input_bytes) {
+        Ok(found) => picture_of(what, found.bytes, context, budget),
+        Err(error) => Ok(Err(format!("{what} is left out: {error}"))),
+    }
 }
 
-/// Decodes one picture. The inner error says why it cannot be had.
+/// Picture for a texture, called `what` in messages. The inner error says why it cannot be had.
 pub(super) fn picture_of(
-    what: &str,
-    bytes: &[u8],
+    what: String,
+    bytes: Vec<u8>,
     context: &Context<'_>,
     budget: &mut Budget,
-) -> Result<Result<Picture, String>, LoadError> {
-    let header = match image::probe(what, bytes, context.limits) {
-        Ok(header) => header,
-        Err(error) => return Ok(Err(error.loss()?)),
-    };
-    // Texels, their mip levels and what is made of them.
-    budget.charge_texture(|| what.to_owned(), header.texels(), 12)?;
-    match image::decode(bytes, &header) {
-        Ok(picture) => Ok(Ok(picture)),
-        Err(error) => Ok(Err(error.loss()?)),
+) -> Result<Result<EncodedImage, String>, LoadError> {
+    match image::probe(&what, &bytes, context.limits) {
+        // Texels, their mip levels and what is made of them.
+        Ok(header) => EncodedImage::charged(what, (bytes, header), 12, budget).map(Ok),
+        Err(error) => {
+            let loss = error.loss()?;
+            Ok(Err(format!("{what} is left out: {loss}")))
+        }
     }
 }

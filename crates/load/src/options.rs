@@ -28,7 +28,8 @@ pub enum TextureLoading {
     Whole,
     /// On demand, when a picture reads them, and as finely as it does: the pictures are the same, and those of which a
     /// few are drawn take a part of the time and of the memory. Faults of images are found then, and listed by
-    /// [`Scene::texture_losses`]. Files of glTF alone; others are loaded as with [`TextureLoading::Whole`].
+    /// [`Scene::texture_losses`]. Images of which a loader makes others (OBJ's opacity, heights, metallic and roughness) are decoded
+    /// as with [`TextureLoading::Whole`].
     ///
     /// [`Scene::texture_losses`]: crate::Scene::texture_losses
     ByNeed,

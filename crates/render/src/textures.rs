@@ -91,12 +91,17 @@ impl TextureMemory {
         // The largest first: what is left at the end is small.
         images
             .sort_by_key(|list| std::cmp::Reverse(u64::from(list[0].width()) * u64::from(list[0].height())));
-        jobs.for_each_with_scratch(&mut self.raw, &mut images, |raw, _, textures| {
-            if let Some(form) = textures.first().and_then(|texture| texture.form()) {
-                form.image().provide(textures, raw);
-            }
-        });
-        self.raw.iter_mut().for_each(|raw| *raw = Vec::new());
+        let mut rest = &mut images[..];
+        while !rest.is_empty() {
+            let (now, later) = rest.split_at_mut(at_once(rest));
+            jobs.for_each_with_scratch(&mut self.raw, now, |raw, _, textures| {
+                if let Some(form) = textures.first().and_then(|texture| texture.form()) {
+                    form.image().provide(textures, raw);
+                }
+            });
+            self.raw.iter_mut().for_each(|raw| *raw = Vec::new());
+            rest = later;
+        }
         self.resident.clear();
         self.resident.extend(scene.textures().iter().map(Texture::resident));
     }
@@ -110,6 +115,20 @@ impl TextureMemory {
     pub(super) fn end(&mut self) {
         self.resident.clear();
     }
+}
+
+/// Bytes that the decoders of images that are decoded beside each other take together, if they are several.
+const DECODING: u64 = 96 << 20;
+
+/// Number of images that are decoded beside each other: the first, and those that there is memory for.
+fn at_once(images: &[Vec<&Texture>]) -> usize {
+    let mut sum = 0_u64;
+    let fits = |textures: &&Vec<&Texture>| {
+        let form = textures.first().and_then(|texture| texture.form());
+        sum = sum.saturating_add(form.map_or(0, |form| form.image().transient()));
+        sum <= DECODING
+    };
+    images.iter().take_while(fits).count().max(1)
 }
 
 /// True if some texture of a scene is decoded on demand.

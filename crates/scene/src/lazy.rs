@@ -7,7 +7,7 @@
 use super::mipmap::Chain;
 use super::parameters::{EMISSIVE_TEXTURE, slots};
 use super::row_bands::{BandLayout, RowBands};
-use super::texture::{full_layout, is_opaque};
+use super::texture::{full_layout, is_opaque, layout_down, level_size};
 use super::{AlphaUse, ColorSpace, Image, Material, Sampler, Scene, Texture, TextureId, TextureRef};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -18,6 +18,8 @@ pub trait ImageSource: Send + Sync {
     /// overwrite. False if the image is not sound, whatever rows were given: then [`ImageSource::image`] says what
     /// could be read.
     fn rows(&self, raw: &mut Vec<u8>, take: &mut dyn FnMut(&[[u8; 4]]) -> bool) -> bool;
+    /// Bytes that reading its rows takes for a while.
+    fn transient(&self) -> u64;
     /// The image and its flaws, or the reason why it is lost: each one line.
     fn image(&self) -> Result<(Image, Vec<String>), String>;
 }
@@ -25,6 +27,8 @@ pub trait ImageSource: Send + Sync {
 /// An image and its forms.
 pub struct LazyImage {
     size: [u32; 2],
+    /// Mip level of the image that is level 0 of its textures.
+    finest: u32,
     /// It has no alpha.
     opaque: bool,
     source: Box<dyn ImageSource>,
@@ -131,27 +135,29 @@ impl Form {
                 return Box::new(made.clone());
             }
             let image = self.image.decoded().unwrap_or_else(|| Arc::new(Image::white()));
-            Box::new(Texture::new(image, *color_space, *alpha, *sampler))
+            Box::new(Texture::from_level(image, *color_space, *alpha, *sampler, self.image.finest))
         })
     }
 }
 
 impl LazyImage {
-    /// An image of this size in some forms. `opaque`: it has no alpha.
+    /// An image of this size in some forms, whose textures have its mip levels from `finest` on. `opaque`: it has no alpha.
     pub fn new(
         size: [u32; 2],
+        finest: u32,
         opaque: bool,
         source: Box<dyn ImageSource>,
         forms: impl IntoIterator<Item = (ColorSpace, AlphaUse, Sampler)>,
     ) -> Self {
         let state = |(color_space, alpha, sampler)| {
-            let layout = BandLayout::new(&full_layout(size, &sampler));
+            let layout = BandLayout::new(&full_layout(level_size(size, finest), &sampler));
             let wanted = (0..layout.words()).map(|_| AtomicU64::new(0)).collect();
             let (texture, whole) = (Mutex::new(None), OnceLock::new());
             FormState { color_space, alpha, sampler, layout, wanted, texture, whole }
         };
         Self {
             size,
+            finest,
             opaque,
             source,
             forms: forms.into_iter().map(state).collect(),
@@ -160,9 +166,19 @@ impl LazyImage {
         }
     }
 
-    /// In texels.
+    /// In texels, as it is decoded.
     pub fn size(&self) -> [u32; 2] {
         self.size
+    }
+
+    /// Bytes that decoding it takes for a while.
+    pub fn transient(&self) -> u64 {
+        self.source.transient()
+    }
+
+    /// Size of level 0 of its textures.
+    pub fn kept_size(&self) -> [u32; 2] {
+        level_size(self.size, self.finest)
     }
 
     /// Its format has no alpha.
@@ -201,15 +217,20 @@ impl LazyImage {
 
     /// The image as a whole, decoded at the first call. `None` if it is lost.
     fn decoded(&self) -> Option<Arc<Image>> {
-        let image = self.image.get_or_init(|| {
+        let decode = || {
             let (image, flaws) = match self.source.image() {
                 Ok((image, flaws)) => (Some(Arc::new(image)), flaws),
                 Err(loss) => (None, vec![loss]),
             };
             *lock(&self.flaws) = flaws;
             image
-        });
-        image.clone()
+        };
+        if self.finest > 0 && !self.is_lost() {
+            // It is larger than what may be kept.
+            let image = decode();
+            return if image.is_some() { image } else { self.image.get_or_init(|| None).clone() };
+        }
+        self.image.get_or_init(decode).clone()
     }
 
     /// Makes the bands that were asked for and are not resident, of all `textures` of the image: it is decoded once
@@ -220,8 +241,8 @@ impl LazyImage {
             return;
         }
         if self.image.get().is_none()
-            // Levels of a mask are made of the whole image.
-            && !lacking.iter().any(|of| matches!(of.form.state().alpha, AlphaUse::Mask { .. }))
+            // Levels of a mask are made of the whole image, if that is kept.
+            && (self.finest > 0 || !lacking.iter().any(|of| of.is_mask()))
             && let Some(made) = self.stream(&lacking, raw)
         {
             for (of, texture) in lacking.iter().zip(made) {
@@ -297,8 +318,15 @@ impl<'a> Lacking<'a> {
     fn start(&self, opaque: bool) -> Chain {
         let FormState { color_space, alpha, sampler, layout, .. } = self.form.state();
         let alpha = if *alpha == AlphaUse::Normals && !opaque { AlphaUse::Data } else { *alpha };
-        let levels = full_layout(self.form.image.size, sampler);
-        Chain::new(&levels, RowBands::new(layout, self.wanted.clone()), *color_space, alpha)
+        let LazyImage { size, finest, .. } = *self.form.image;
+        let levels =
+            if finest == 0 { full_layout(size, sampler) } else { layout_down(size, sampler, finest) };
+        let wanted = if self.is_mask() { layout.all().collect() } else { self.wanted.clone() };
+        Chain::new(&levels, RowBands::new(layout, wanted), *color_space, alpha)
+    }
+
+    fn is_mask(&self) -> bool {
+        matches!(self.form.state().alpha, AlphaUse::Mask { .. })
     }
 }
 

@@ -54,8 +54,8 @@ pub use splats::rotation_rows;
 pub use splats::{
     LEAST_SPLAT_OPACITY, MAX_SPLAT_SCALE, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder,
 };
-pub use texture::LevelLayout;
 pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
+pub use texture::{LevelLayout, level_size};
 pub use transform::Transform;
 pub use transmission::Transmission;
 

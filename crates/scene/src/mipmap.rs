@@ -9,7 +9,7 @@
 //! the next. Levels are stored in 8 bits a channel but never made from rounded texels, so that errors do not grow
 //! from level to level.
 
-use super::row_bands::RowBands;
+use super::row_bands::{RowBands, doubled};
 use super::{AlphaUse, ColorSpace, Image, LevelLayout};
 use overcoat_core::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8};
 
@@ -58,6 +58,8 @@ pub(super) fn layout(width: u32, height: u32) -> impl Iterator<Item = LevelLayou
 /// Rows of all levels that are made while the rows of an image come in.
 pub struct Chain {
     bands: RowBands,
+    /// Number of the level that is level 0 of the bands; that of the image is 0.
+    finest: usize,
     /// Rows of the image that came in.
     row: u32,
     /// Number of image rows that the bands depend on, from the top.
@@ -65,15 +67,22 @@ pub struct Chain {
     levels: Box<dyn Rows>,
     /// Texels of the bands; if all bands are kept, of the levels below the image.
     texels: Vec<[u8; 4]>,
-    /// The image, if all bands are kept.
+    /// The image, if all bands are kept and it is their level 0.
     image: Option<Vec<[u8; 4]>>,
+    /// Cutoff of a mask, whose levels keep their coverage.
+    cutoff: Option<f32>,
 }
 
 impl Chain {
-    /// Starts the levels of an image, of which the rows in `bands` are kept. `alpha` is no mask: those ask for the
-    /// whole image.
+    /// Starts the `levels` of an image, itself the first, of which the rows in `bands` are kept. Bands have the coarsest
+    /// levels alone if they are of fewer. Those of a mask are all kept, and lack the image.
     pub fn new(levels: &[LevelLayout], bands: RowBands, color_space: ColorSpace, alpha: AlphaUse) -> Self {
         let size = levels.first().map(|image| image.width as usize * image.height as usize);
+        let finest = levels.len().saturating_sub(bands.levels().len());
+        let rows = levels[..finest]
+            .iter()
+            .rev()
+            .fold(bands.source_rows(), |rows, finer| doubled(rows, finer.height));
         fn of<M: Meaning + 'static>(levels: &[LevelLayout]) -> Box<dyn Rows> {
             let Some((image, levels)) = levels.split_first() else { return Box::new(()) };
             if levels.is_empty() {
@@ -81,20 +90,23 @@ impl Chain {
             }
             Box::new(Cascade::<M>::new([image.width, image.height], levels))
         }
-        let levels = match (color_space, alpha) {
+        let stages = match (color_space, alpha) {
             (ColorSpace::Srgb, AlphaUse::Data) => of::<Plain<true>>(levels),
             (ColorSpace::Linear, AlphaUse::Data) => of::<Plain<false>>(levels),
             (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<true>>(levels),
             (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<false>>(levels),
             (_, AlphaUse::Normals) => of::<Normals>(levels),
         };
-        let rows = bands.source_rows();
         let (mut count, mut image) = (bands.texels(), None);
-        if let (true, Some(size)) = (bands.are_all(), size) {
+        if let (true, 0, Some(size)) = (bands.are_all(), finest, size) {
             count -= size;
             image = Some(Vec::with_capacity(size));
         }
-        Self { bands, row: 0, rows, levels, texels: vec![[0; 4]; count], image }
+        let cutoff = match alpha {
+            AlphaUse::Mask { cutoff_bits } => Some(f32::from_bits(cutoff_bits)),
+            _ => None,
+        };
+        Self { bands, finest, row: 0, rows, levels: stages, texels: vec![[0; 4]; count], image, cutoff }
     }
 
     /// True if the bands depend on no further row of the image.
@@ -106,20 +118,31 @@ impl Chain {
     pub fn take(&mut self, row: &[[u8; 4]]) {
         match &mut self.image {
             Some(image) => image.extend_from_slice(row),
-            None => {
+            None if self.finest == 0 => {
                 if let Some(start) = self.bands.place(0, self.row) {
                     self.texels[start..][..row.len()].copy_from_slice(row);
                 }
             }
+            None => {}
         }
         self.row += 1;
-        let bands = if self.image.is_some() { None } else { Some(&self.bands) };
+        let bands = if self.image.is_some() { None } else { Some((&self.bands, self.finest)) };
         self.levels.take(row, &mut Kept { bands, texels: &mut self.texels });
     }
 
     /// The kept rows, once all rows are in.
     pub fn finish(self) -> Made {
-        let Self { bands, texels, image, .. } = self;
+        let Self { bands, mut texels, mut image, cutoff, .. } = self;
+        if image.is_none()
+            && bands.are_all()
+            && let Some((finest, further)) = bands.levels().split_first()
+        {
+            let mut rest = texels.split_off(finest.width as usize * finest.height as usize);
+            if let Some(cutoff) = cutoff {
+                keep_coverage((&texels, [finest.width, finest.height]), further, &mut rest, cutoff);
+            }
+            image = Some(std::mem::replace(&mut texels, rest));
+        }
         Made { bands, texels, image }
     }
 }
@@ -129,7 +152,7 @@ pub struct Made {
     pub bands: RowBands,
     /// Texels of the bands; if all bands are kept, of the levels below the image.
     pub texels: Vec<[u8; 4]>,
-    /// The texels of the image, if all bands were kept.
+    /// The texels of the finest level, if all bands were kept.
     pub image: Option<Vec<[u8; 4]>>,
 }
 
@@ -143,9 +166,9 @@ impl Rows for () {
     fn take(&mut self, _: &[[u8; 4]], _: &mut Kept<'_>) {}
 }
 
-/// Destination of the levels: all of them, or some bands.
+/// Destination of the levels: all of them, or some bands, whose finest level has a number.
 struct Kept<'a> {
-    bands: Option<&'a RowBands>,
+    bands: Option<(&'a RowBands, usize)>,
     texels: &'a mut [[u8; 4]],
 }
 
@@ -168,7 +191,8 @@ pub(super) fn reduce(
         (_, AlphaUse::Normals) => cascade::<Normals>(image, levels),
     };
     if let AlphaUse::Mask { cutoff_bits } = alpha {
-        keep_coverage(image, levels, &mut texels, f32::from_bits(cutoff_bits));
+        let size = [image.width(), image.height()];
+        keep_coverage((image.texels(), size), levels, &mut texels, f32::from_bits(cutoff_bits));
     }
     texels
 }
@@ -247,7 +271,9 @@ impl Stage {
         self.finished += 1;
         let start = match kept.bands {
             None => Some((self.level.offset + row * self.level.width) as usize),
-            Some(bands) => bands.place(self.number, row),
+            Some((bands, finest)) => {
+                self.number.checked_sub(finest).and_then(|level| bands.place(level, row))
+            }
         };
         let Some(start) = start else { return };
         for (to, &sum) in kept.texels[start..].iter_mut().zip(&self.row) {
@@ -481,19 +507,24 @@ fn round(code: f32) -> u8 {
 /// Only texels are scaled whose share of the image is visible in part. Where all of it is visible or none, the average is on
 /// the right side of the cutoff as it is: a gradient keeps its edge within a texel of each level, whatever thin features
 /// elsewhere in the image lose. The scale is found exactly: the alpha value that should lie at the cutoff is a quantile.
-fn keep_coverage(image: &Image, levels: &[LevelLayout], texels: &mut [[u8; 4]], cutoff: f32) {
+fn keep_coverage(
+    (image, [width, height]): (&[[u8; 4]], [u32; 2]),
+    levels: &[LevelLayout],
+    texels: &mut [[u8; 4]],
+    cutoff: f32,
+) {
     // The least visible code. Above 1 or NaN nothing can be kept, at 0 and below everything is visible.
     let Some(visible) = (1..=255_u8).find(|&code| f32::from(code) >= cutoff * 255.0) else { return };
     if cutoff <= 0.0 {
         return;
     }
     let hard: Vec<[u8; 4]> =
-        image.texels().iter().map(|texel| [if texel[3] >= visible { 255 } else { 0 }; 4]).collect();
+        image.iter().map(|texel| [if texel[3] >= visible { 255 } else { 0 }; 4]).collect();
     let first = hard.first().map_or(0, |texel| texel[0]);
     if hard.iter().all(|texel| texel[0] == first) {
         return;
     }
-    let Ok(hard) = Image::new(image.width(), image.height(), hard) else { return };
+    let Ok(hard) = Image::new(width, height, hard) else { return };
     let coverage = cascade::<Plain<false>>(&hard, levels);
     for level in levels {
         let count = level.width as usize * level.height as usize;

@@ -62,6 +62,11 @@ impl BandLayout {
     }
 }
 
+/// Number of rows, from the top, of a level of `height` rows that `rows` of the next one are made of: two each, of an odd number three.
+pub fn doubled(rows: u32, height: u32) -> u32 {
+    rows.saturating_mul(2).saturating_add(u32::from(rows > 0)).min(height)
+}
+
 impl RowBands {
     /// Bands whose bit in `present` is set, and no others.
     pub fn new(layout: &BandLayout, mut present: Vec<u64>) -> Self {
@@ -85,6 +90,11 @@ impl RowBands {
     /// Texels of all that are there.
     pub fn texels(&self) -> usize {
         self.texels
+    }
+
+    /// The levels, largest first.
+    pub fn levels(&self) -> &[LevelLayout] {
+        &self.layout.levels
     }
 
     /// True if all bands are resident.
@@ -120,8 +130,7 @@ impl RowBands {
             let own = own.map_or(0, |band| (band + 1) << BAND_SHIFT).min(level.height);
             rows = if rows > own { rows } else { own };
             if let Some(finer) = k.checked_sub(1).and_then(|k| levels.get(k)) {
-                // A row is made of two, of an odd number of rows three.
-                rows = (2 * rows + u32::from(rows > 0)).min(finer.height);
+                rows = doubled(rows, finer.height);
             }
         }
         rows

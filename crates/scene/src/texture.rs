@@ -228,11 +228,34 @@ impl Texture {
         }
     }
 
+    /// The same from a mip level on: level `finest` of the image is level 0, and no finer one is kept. 0 is [`Texture::new`].
+    #[must_use]
+    pub fn from_level(
+        image: Arc<Image>,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+        sampler: Sampler,
+        finest: u32,
+    ) -> Self {
+        if finest == 0 {
+            return Self::new(image, color_space, alpha, sampler);
+        }
+        let all = Self::new(image, color_space, alpha, Sampler { mip: MipFilter::Linear, ..sampler });
+        let Some(&level) = all.layout.get(finest as usize) else { return all };
+        let size = [level.width, level.height];
+        let layout = full_layout(size, &sampler);
+        let (texels, rest) =
+            all.reduced[level.offset as usize..].split_at(level.width as usize * level.height as usize);
+        let image = Arc::new(Image { width: level.width, height: level.height, texels: texels.to_vec() });
+        let reduced = Arc::new(if layout.len() > 1 { rest.to_vec() } else { Vec::new() });
+        Self { image, reduced, layout: layout.into(), size, sampler, ..all }
+    }
+
     /// A texture without texels, of an image that is decoded when they are asked for.
     pub fn lazy(image: &Arc<LazyImage>, form: usize) -> Option<Self> {
         let lazy = Form::new(image, form)?;
         let (color_space, sampler) = (lazy.color_space(), lazy.sampler());
-        let size = image.size();
+        let size = image.kept_size();
         let layout = full_layout(size, &sampler);
         let bands = RowBands::new(lazy.band_layout(), Vec::new());
         // Texels read before they are resident are white, and not shown.
@@ -388,6 +411,20 @@ pub(super) fn full_layout(size: [u32; 2], sampler: &Sampler) -> Vec<LevelLayout>
     let mut layout = vec![LevelLayout { width, height, offset: 0 }];
     if sampler.mip != MipFilter::None {
         layout.extend(mipmap::layout(width, height));
+    }
+    layout
+}
+
+/// Width and height of a mip level of an image.
+pub fn level_size(size: [u32; 2], level: u32) -> [u32; 2] {
+    size.map(|side| side.checked_shr(level).unwrap_or(0).max(1))
+}
+
+/// Layout of the levels of an image, itself the first, of which those of a texture are the last: its levels from `finest` on.
+pub(super) fn layout_down(size: [u32; 2], sampler: &Sampler, finest: u32) -> Vec<LevelLayout> {
+    let mut layout = full_layout(size, &Sampler { mip: MipFilter::Linear, ..*sampler });
+    if sampler.mip == MipFilter::None {
+        layout.truncate(finest as usize + 1);
     }
     layout
 }

@@ -431,15 +431,15 @@ impl Loader<'_> {
         }
         let mut textures: Vec<Option<Texture>> = (0..self.textures.count()).map(|_| None).collect();
         let mut encoded = encoded;
-        if self.by_need {
-            encoded.retain(|image| match image.defer(buffers, &mut self.warnings) {
-                None => true,
-                Some(list) => {
-                    place(&mut textures, list);
-                    false
-                }
-            });
-        }
+        encoded.retain(|image| {
+            if !self.by_need && !image.is_reduced() {
+                return true;
+            }
+            let deferred = image.defer(buffers, &mut self.warnings);
+            let is_kept = deferred.is_none();
+            place(&mut textures, deferred.unwrap_or_default());
+            is_kept
+        });
         // Images first: they take longest.
         let images = encoded.iter().map(Work::Image);
         let picked = geometries.iter().zip(picks);

@@ -6,14 +6,14 @@ use super::buffers::Buffers;
 use super::list::{Index, label};
 use super::model::{self, Root, TextureInfo};
 use super::uv_sets::UvSets;
-use crate::budget::Budget;
+use crate::budget::{Budget, Claim};
+use crate::encoded_image::{EncodedImage, Reduction, warn_of_reduced};
 use crate::image::{self, Header, ImageError, Picture};
 use crate::warnings::Warnings;
 use crate::{Context, LoadError, ResolveError};
 use overcoat_core::limits::Limits;
 use overcoat_scene::{
-    AlphaUse, ColorSpace, Filter, Image, ImageSource, LazyImage, MipFilter, Sampler, Texture, TextureId,
-    TextureRef, UvTransform, Wrap,
+    AlphaUse, ColorSpace, Filter, MipFilter, Sampler, Texture, TextureId, TextureRef, UvTransform, Wrap,
 };
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -155,7 +155,7 @@ impl Textures {
             let found = match opened {
                 Ok((header, bytes)) => {
                     let (substitute, forms) = (needed.substitute, needed.forms.clone());
-                    Some(Encoded { what, used, bytes, header, substitute, forms })
+                    Some(Encoded { what, used, bytes, header, finest: 0, substitute, forms })
                 }
                 Err(message) => {
                     let lost =
@@ -163,11 +163,15 @@ impl Textures {
                     lost.replace(&needed.forms, root, buffers, context, budget, warnings)?
                 }
             };
-            if let Some(found) = found {
-                found.charge(budget)?;
-                encoded.push(found);
-            }
+            encoded.extend(found);
         }
+        let mut claims: Vec<Claim> = encoded.iter().map(Encoded::claim).collect();
+        budget.fit(&mut claims);
+        for (image, claim) in encoded.iter_mut().zip(&claims) {
+            image.finest = claim.finest;
+            image.charge(budget)?;
+        }
+        warn_of_reduced(encoded.iter().filter_map(Encoded::reduction), warnings);
         Ok(encoded)
     }
 
@@ -214,6 +218,7 @@ impl Lost<'_> {
                     used,
                     bytes,
                     header,
+                    finest: 0,
                     substitute: None,
                     forms: forms.to_vec(),
                 }))
@@ -240,19 +245,33 @@ pub(super) struct Encoded {
     used: String,
     bytes: Bytes,
     header: Header,
+    /// Mip level that is level 0 of its textures.
+    finest: u32,
     substitute: Option<usize>,
     forms: Vec<(Form, u32)>,
 }
 
 impl Encoded {
-    /// Charges the image, the mip levels of each form (a third more), and what decoding takes for a while.
-    fn charge(&self, budget: &mut Budget) -> Result<(), LoadError> {
-        let Self { what, header, forms, .. } = self;
+    /// The image, and the mip levels of each form: a third more.
+    fn claim(&self) -> Claim {
+        let Self { header, finest, forms, .. } = self;
         let per_texel = (forms.len() as u64).saturating_mul(2).saturating_add(4);
-        budget.charge_texture(|| what.clone(), header.texels(), per_texel)?;
-        let transient = header.texels().saturating_mul(header.transient);
-        Limits::check(|| what.clone(), transient, budget.left(), "decoded_bytes")?;
-        Ok(())
+        Claim { finest: *finest, ..Claim::of(header, per_texel) }
+    }
+
+    /// Its size, and that of which it is drawn if that is smaller.
+    fn reduction(&self) -> Option<Reduction<'_>> {
+        Reduction::of(&self.what, &self.header, self.finest)
+    }
+
+    /// True if it is kept smaller than its file has it.
+    pub(super) fn is_reduced(&self) -> bool {
+        self.finest > 0
+    }
+
+    /// Charges the claim, and what decoding takes for a while.
+    fn charge(&self, budget: &mut Budget) -> Result<(), LoadError> {
+        Ok(budget.charge_texture(|| self.what.clone(), &self.claim())?)
     }
 
     /// The textures of the substitute with their provisional ids, where decoding failed with `message`; none, with a
@@ -270,9 +289,13 @@ impl Encoded {
         warnings: &mut Warnings,
     ) -> Result<Vec<(u32, Texture)>, LoadError> {
         let lost = Lost { what: &self.what, used: &self.used, message, substitute: self.substitute };
-        let Some(other) = lost.replace(&self.forms, root, buffers, context, budget, warnings)? else {
+        let Some(mut other) = lost.replace(&self.forms, root, buffers, context, budget, warnings)? else {
             return Ok(Vec::new());
         };
+        let mut claim = other.claim();
+        budget.fit_one(&mut claim);
+        other.finest = claim.finest;
+        warn_of_reduced(other.reduction(), warnings);
         other.charge(budget)?;
         match other.decode(buffers) {
             Ok(decoded) => Ok(decoded.textures(warnings)),
@@ -290,7 +313,7 @@ impl Encoded {
         buffers: &Buffers<'_>,
         warnings: &mut Warnings,
     ) -> Option<Vec<(u32, Texture)>> {
-        let Self { what, used, bytes, header, substitute: None, forms } = self else { return None };
+        let Self { what, used, bytes, header, finest, substitute: None, forms } = self else { return None };
         let bytes = match bytes {
             Bytes::Own(bytes) => bytes.clone(),
             Bytes::View(view) => buffers.view(*view).and_then(|view| view.bytes()).ok()?.into_owned(),
@@ -298,10 +321,9 @@ impl Encoded {
         if let Some(unusual) = self.unusual() {
             warnings.add(|| unusual);
         }
-        let source = Box::new(Source { name: format!("{what}{used}"), bytes, header: *header });
-        let forms_of_image = forms.iter().map(|(form, _)| (form.color_space, form.alpha, form.sampler));
-        let size = [header.width, header.height];
-        let image = Arc::new(LazyImage::new(size, header.is_opaque(), source, forms_of_image));
+        let (name, bytes) = (format!("{what}{used}"), Arc::new(bytes));
+        let image = EncodedImage { name, bytes, header: *header, finest: *finest }
+            .lazy(forms.iter().map(|(form, _)| (form.color_space, form.alpha, form.sampler)));
         let texture = |(number, (_, id)): (usize, &(Form, u32))| Some((*id, Texture::lazy(&image, number)?));
         forms.iter().enumerate().map(texture).collect()
     }
@@ -327,36 +349,11 @@ impl Encoded {
         let flaw = flaw.map(|flaw| format!("{}{}: {flaw}", self.what, self.used));
         let flaws = [self.unusual(), flaw].into_iter().flatten().collect();
         let image = Arc::new(image);
-        let texture =
-            |form: &Form| Texture::new(Arc::clone(&image), form.color_space, form.alpha, form.sampler);
+        let texture = |form: &Form| {
+            let Form { color_space, alpha, sampler } = *form;
+            Texture::from_level(Arc::clone(&image), color_space, alpha, sampler, self.finest)
+        };
         Ok(Decoded { textures: self.forms.iter().map(|(form, id)| (*id, texture(form))).collect(), flaws })
-    }
-}
-
-/// An image that is decoded later.
-struct Source {
-    /// It and what uses it, in messages.
-    name: String,
-    bytes: Vec<u8>,
-    header: Header,
-}
-
-impl ImageSource for Source {
-    fn rows(&self, raw: &mut Vec<u8>, take: &mut dyn FnMut(&[[u8; 4]]) -> bool) -> bool {
-        image::rows(&self.bytes, &self.header, raw, take)
-    }
-
-    fn image(&self) -> Result<(Image, Vec<String>), String> {
-        match image::decode(&self.bytes, &self.header) {
-            Ok(Picture { image, flaw }) => {
-                let flaw = flaw.map(|flaw| format!("{}: {flaw}", self.name));
-                Ok((image, flaw.into_iter().collect()))
-            }
-            Err(error) => {
-                let loss = error.loss().unwrap_or_else(|limit| limit.to_string());
-                Err(format!("{}: {loss}; drawn without it", self.name))
-            }
-        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Textures of material files: how each is to be read, and the pictures themselves.
 
 use super::error::{MaterialError, MaterialErrorReason};
-use crate::budget::Budget;
+use crate::budget::{Budget, Claim};
 use crate::image::{self, Header, ImageError, Picture, scaled_texel};
 use crate::{Context, ResolveError};
 use overcoat_core::jobs::Jobs;
@@ -64,11 +64,7 @@ impl Pictures {
                 .map_err(|e| error(picture_reason(want.file, e)))?;
             // The picture, its mip levels, those of a copy for one channel, and what decoding takes for a while.
             budget
-                .charge_texture(|| want.file.to_owned(), header.texels(), 10)
-                .and_then(|()| {
-                    let transient = header.texels().saturating_mul(header.transient);
-                    Limits::check(|| want.file.to_owned(), transient, budget.left(), "decoded_bytes")
-                })
+                .charge_texture(|| want.file.to_owned(), &Claim::of(&header, 10))
                 .map_err(|e| error(MaterialErrorReason::Limit(e)))?;
             encoded.push((want, bytes, header));
         }

@@ -4,20 +4,21 @@ use super::maps::{self, Map};
 use super::material::Source;
 use super::mtl;
 use super::udim;
-use crate::budget::Budget;
-use crate::image::{self, Header, Picture, area};
+use crate::budget::{Budget, Claim};
+use crate::encoded_image::{EncodedImage, warn_of_reduced};
+use crate::image::{self, Picture, area};
 use crate::mesh_formats::default_material;
 use crate::names::is_escaped;
 use crate::nearby::{Found, Nearby, folder_of};
 use crate::text::quoted;
 use crate::warnings::Warnings;
-use crate::{Context, LoadError};
+use crate::{Context, LoadError, TextureLoading};
 use overcoat_core::limits::Limits;
 use overcoat_scene::{
     AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, NormalTexture, Scene, SceneError, Texture,
     TextureId, TextureRef, Workflow,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Most material libraries that one file may use.
@@ -31,12 +32,32 @@ pub(super) struct Library<'a> {
     nearby: Nearby,
     /// A library could be read; what it lacks has not been said.
     found: bool,
-    /// Decoded pictures by the names of their files; `None` for those that cannot be had.
-    images: BTreeMap<String, Option<Arc<Image>>>,
+    /// Time at which pictures are decoded that are textures as they are.
+    loading: TextureLoading,
+    /// Pictures by the names of their files; `None` for those that cannot be had.
+    images: BTreeMap<String, Option<Held>>,
     /// Pictures made of those, by what they are made of.
     derived: BTreeMap<String, (Arc<Image>, bool)>,
     textures: BTreeMap<TextureKey, TextureId>,
     budget: Budget,
+}
+
+/// Picture of a file.
+#[derive(Clone)]
+enum Held {
+    /// Decoded: others are made of it.
+    Decoded(Arc<Image>),
+    /// A texture as it is.
+    Encoded(EncodedImage),
+}
+
+/// Picture on its way to [`Held`].
+struct Fetched {
+    /// Name of its file.
+    file: String,
+    image: EncodedImage,
+    /// Others are made of it.
+    is_part: bool,
 }
 
 /// Identity of a texture: uses of a picture with equal keys share one.
@@ -52,7 +73,7 @@ impl<'a> Library<'a> {
     /// Reads the libraries that the file names. If it names none that is there, and uses materials, the one is taken that is
     /// called as the model is: both have been renamed together.
     pub(super) fn read(
-        context: &'a Context<'a>,
+        (context, loading): (&'a Context<'a>, TextureLoading),
         names: &[String],
         used: &[String],
         warnings: &mut Warnings,
@@ -93,6 +114,7 @@ impl<'a> Library<'a> {
             materials,
             nearby,
             found,
+            loading,
             images: BTreeMap::new(),
             derived: BTreeMap::new(),
             textures: BTreeMap::new(),
@@ -173,7 +195,13 @@ impl<'a> Library<'a> {
             context.limits.textures,
             "textures",
         )?;
-        let mut found: Vec<(String, Vec<u8>, Header)> = Vec::new();
+        let parts: BTreeSet<(String, String)> = sources
+            .iter()
+            .flatten()
+            .flat_map(Source::parts)
+            .map(|map| (map.folder.clone(), map.file.clone()))
+            .collect();
+        let mut found: Vec<Fetched> = Vec::new();
         for ((folder, file), (others, place)) in &mut places {
             let what = format!("texture {}", quoted(file.as_bytes()));
             let names = std::iter::once(file.as_str()).chain(others.iter().map(String::as_str));
@@ -189,16 +217,24 @@ impl<'a> Library<'a> {
                 warnings.add(|| format!("OBJ: {what} does not exist; {note}"));
             }
             *place = Some(name.clone());
+            let is_part = parts.contains(&(folder.clone(), file.clone()));
             if self.images.contains_key(&name) {
+                if let Some(known) = found.iter_mut().find(|known| known.file == name) {
+                    known.is_part |= is_part;
+                }
                 continue;
             }
             self.images.insert(name.clone(), None);
             match image::probe(&what, &bytes, context.limits) {
                 Ok(header) => {
-                    // The file, its texels and a mip chain, and what is made of them.
-                    self.budget.charge_texture(|| what.clone(), header.texels(), 12)?;
                     self.budget.charge(|| what.clone(), bytes.len() as u64, 1)?;
-                    found.push((name, bytes, header));
+                    let image = EncodedImage {
+                        name: format!("OBJ: {what}"),
+                        bytes: Arc::new(bytes),
+                        header,
+                        finest: 0,
+                    };
+                    found.push(Fetched { file: name, image, is_part });
                 }
                 Err(error) => {
                     let message = error.loss()?;
@@ -206,22 +242,7 @@ impl<'a> Library<'a> {
                 }
             }
         }
-        let decoded = context.jobs.map_each(&found, |(_, bytes, header)| image::decode(bytes, header));
-        for ((name, ..), decoded) in found.into_iter().zip(decoded) {
-            match decoded {
-                Ok(Picture { image, flaw }) => {
-                    if let Some(flaw) = flaw {
-                        warnings.add(|| format!("OBJ: texture {}: {flaw}", quoted(name.as_bytes())));
-                    }
-                    self.images.insert(name, Some(Arc::new(image)));
-                }
-                Err(error) => {
-                    let message = error.loss()?;
-                    warnings
-                        .add(|| format!("OBJ: texture {} is left out: {message}", quoted(name.as_bytes())));
-                }
-            }
-        }
+        self.hold(found, warnings)?;
         for source in sources.iter_mut().flatten() {
             let glows = source.maps.emissive.is_some();
             for slot in source.maps_mut() {
@@ -240,8 +261,56 @@ impl<'a> Library<'a> {
         Ok(())
     }
 
+    /// Takes pictures into the budget, the largest smaller if need be, and decodes those of which others are made or that are not
+    /// decoded by need, in parallel.
+    fn hold(&mut self, mut found: Vec<Fetched>, warnings: &mut Warnings) -> Result<(), LoadError> {
+        // Texels and a mip chain, and pictures made of them.
+        let claim = |Fetched { image, is_part, .. }: &Fetched| {
+            Claim::of(&image.header, if *is_part { 12 } else { 6 })
+        };
+        let mut claims: Vec<Claim> = found.iter().map(claim).collect();
+        self.budget.fit(&mut claims);
+        for (Fetched { image, .. }, claim) in found.iter_mut().zip(&claims) {
+            self.budget.charge_texture(|| image.name.clone(), claim)?;
+            image.finest = claim.finest;
+        }
+        warn_of_reduced(found.iter().filter_map(|found| found.image.reduction()), warnings);
+        let loading = self.loading;
+        let decoded = self.context.jobs.map_each(&found, |Fetched { image, is_part, .. }| {
+            let by_need = loading == TextureLoading::ByNeed || image.finest > 0;
+            (*is_part || !by_need).then(|| image.decode())
+        });
+        for (Fetched { file, image, .. }, decoded) in found.into_iter().zip(decoded) {
+            let held = match decoded {
+                None => Some(Held::Encoded(image)),
+                Some(Ok(Picture { image: decoded, flaw })) => {
+                    if let Some(flaw) = flaw {
+                        warnings.add(|| format!("{}: {flaw}", image.name));
+                    }
+                    Some(Held::Decoded(Arc::new(decoded)))
+                }
+                Some(Err(error)) => {
+                    let message = error.loss()?;
+                    warnings.add(|| format!("{} is left out: {message}", image.name));
+                    None
+                }
+            };
+            self.images.insert(file, held);
+        }
+        Ok(())
+    }
+
+    /// True if there is a picture for a map.
+    fn has(&self, map: &Map) -> bool {
+        matches!(self.images.get(&map.file), Some(Some(_)))
+    }
+
+    /// The decoded picture of a map, of which others are made.
     fn image(&self, map: Option<&Map>) -> Option<&Arc<Image>> {
-        self.images.get(&map?.file)?.as_ref()
+        match self.images.get(&map?.file)?.as_ref()? {
+            Held::Decoded(image) => Some(image),
+            Held::Encoded(_) => None,
+        }
     }
 
     /// A picture made of others, once for equal `parts`, and something about it that takes long to find out.
@@ -269,10 +338,10 @@ impl<'a> Library<'a> {
         scene: &mut Scene,
         map: &Map,
         parts: &[&str],
-        image: Arc<Image>,
+        picture: &Held,
         color_space: ColorSpace,
         alpha: AlphaUse,
-    ) -> Result<TextureRef, LoadError> {
+    ) -> Result<Option<TextureRef>, LoadError> {
         let reading = format!("{color_space:?} {alpha:?} {:?}", map.sampler);
         let key = TextureKey { source: key(parts), reading };
         let texture = match self.textures.get(&key) {
@@ -282,15 +351,24 @@ impl<'a> Library<'a> {
                 let (count, limit) =
                     ((self.textures.len() as u64).saturating_add(1), self.context.limits.textures);
                 Limits::check(|| "OBJ: the number of textures".to_owned(), count, limit, "textures")?;
-                // Mip levels: a third of the picture.
-                self.budget.charge(what, texels(&image), 2)?;
-                let texture = Texture::new(image, color_space, alpha, map.sampler);
+                let texture = match picture {
+                    Held::Decoded(image) => {
+                        // Mip levels: a third of the picture.
+                        self.budget.charge(what, texels(image), 2)?;
+                        Texture::new(Arc::clone(image), color_space, alpha, map.sampler)
+                    }
+                    Held::Encoded(image) => {
+                        let form = (color_space, alpha, map.sampler);
+                        let Some(texture) = image.lazy_texture(form) else { return Ok(None) };
+                        texture
+                    }
+                };
                 let id = scene.add_texture(texture).map_err(LoadError::scene(what()))?;
                 self.textures.insert(key, id);
                 id
             }
         };
-        Ok(TextureRef { texture, uv_set: 0, transform: map.transform })
+        Ok(Some(TextureRef { texture, uv_set: 0, transform: map.transform }))
     }
 
     /// A picture as it is.
@@ -301,8 +379,9 @@ impl<'a> Library<'a> {
         color_space: ColorSpace,
         alpha: AlphaUse,
     ) -> Result<Option<TextureRef>, LoadError> {
-        let (Some(map), Some(image)) = (map, self.image(map).cloned()) else { return Ok(None) };
-        self.texture(scene, map, &[&map.file], image, color_space, alpha).map(Some)
+        let Some(map) = map else { return Ok(None) };
+        let Some(Some(held)) = self.images.get(&map.file).cloned() else { return Ok(None) };
+        self.texture(scene, map, &[&map.file], &held, color_space, alpha)
     }
 
     fn material(
@@ -341,7 +420,7 @@ impl<'a> Library<'a> {
         source: &Source,
         material: &mut Material,
     ) -> Result<(), LoadError> {
-        let color_map = source.maps.diffuse.as_ref().filter(|m| self.image(Some(m)).is_some());
+        let color_map = source.maps.diffuse.as_ref().filter(|m| self.has(m));
         let opacity_map = source.maps.opacity.as_ref().filter(|m| self.image(Some(m)).is_some());
         if color_map.is_some() && material.base_color[..3] == [0.0; 3] {
             // Exporters that write black beside a texture do not mean a black texture.
@@ -369,8 +448,8 @@ impl<'a> Library<'a> {
             material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
             AlphaUse::mask(0.5)
         };
-        let texture = self.texture(scene, map, &parts, combined, ColorSpace::Srgb, alpha)?;
-        material.base_color_texture = Some(texture);
+        material.base_color_texture =
+            self.texture(scene, map, &parts, &Held::Decoded(combined), ColorSpace::Srgb, alpha)?;
         Ok(())
     }
 
@@ -395,9 +474,10 @@ impl<'a> Library<'a> {
             |_| false,
             |_| maps::metallic_roughness(metal_image.as_deref(), rough_image.as_deref()).map(Arc::new),
         )?;
-        let made = self.texture(scene, map, &parts, packed, ColorSpace::Linear, AlphaUse::Data)?;
+        let made =
+            self.texture(scene, map, &parts, &Held::Decoded(packed), ColorSpace::Linear, AlphaUse::Data)?;
         if let Workflow::MetallicRoughness { metallic, roughness, texture } = &mut material.workflow {
-            *texture = Some(made);
+            *texture = made;
             if metal.is_some() {
                 *metallic = 1.0;
             }
@@ -438,8 +518,9 @@ impl<'a> Library<'a> {
             |_| false,
             |_| maps::normals_of_heights(&image, map.bump, &map.sampler).map(Arc::new),
         )?;
-        let texture = self.texture(scene, map, &parts, image, ColorSpace::Linear, AlphaUse::Normals)?;
-        Ok(Some(NormalTexture { texture, scale: 1.0 }))
+        let texture =
+            self.texture(scene, map, &parts, &Held::Decoded(image), ColorSpace::Linear, AlphaUse::Normals)?;
+        Ok(texture.map(|texture| NormalTexture { texture, scale: 1.0 }))
     }
 }
 

@@ -107,6 +107,15 @@ impl Source {
         Self { material, maps }
     }
 
+    /// Maps of which other pictures are made: opacity joins the colours, metallic the roughness, heights become normals.
+    pub(super) fn parts(&self) -> impl Iterator<Item = &Map> {
+        let m = &self.maps;
+        let color = m.diffuse.as_ref().filter(|_| m.opacity.is_some());
+        [color, m.opacity.as_ref(), m.roughness.as_ref(), m.metallic.as_ref(), m.bump.as_ref()]
+            .into_iter()
+            .flatten()
+    }
+
     /// The maps.
     pub(super) fn maps_mut(&mut self) -> [&mut Option<Map>; 10] {
         let m = &mut self.maps;

@@ -23,7 +23,7 @@ use super::tangents::add_tangents;
 use super::text::{quoted, without_mark};
 use super::warnings::Warnings;
 use super::warnings::counted;
-use super::{Context, LoadError, Loaded};
+use super::{Context, LoadError, Loaded, TextureLoading};
 use assemble::Assembled;
 use library::Library;
 use overcoat_core::limits::Limits;
@@ -35,13 +35,22 @@ use strokes::Strokes;
 const FORMAT: &str = "OBJ";
 
 /// Reads an OBJ file, the libraries that it names and the pictures that those name.
-pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+pub(crate) fn load(
+    bytes: &[u8],
+    context: &Context<'_>,
+    loading: TextureLoading,
+) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    load_about(|region| load_in(bytes, region, context))
+    load_about(|region| load_in(bytes, region, context, loading))
 }
 
 /// Reads a file, about an origin where its model is in a region far away.
-fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
+fn load_in(
+    bytes: &[u8],
+    region: Option<&Region>,
+    context: &Context<'_>,
+    loading: TextureLoading,
+) -> Result<Loaded, LoadError> {
     let origin = region.map(|region| region.origin(points_of_text(bytes, b"v")));
     let mut obj = parse::parse_about(without_mark(bytes), origin.as_ref(), context.limits)?;
     if !obj.recognised {
@@ -73,7 +82,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
         warnings.add(|| format!("OBJ: {count} with too many corners may be drawn wrongly"));
     }
 
-    let mut library = Library::read(context, &obj.libraries, &obj.materials, &mut warnings)?;
+    let mut library = Library::read((context, loading), &obj.libraries, &obj.materials, &mut warnings)?;
     if obj.materials.is_empty()
         && !obj.sections.is_empty()
         && let Some(name) = library.only_one()
@@ -262,6 +271,7 @@ mod tests {
         load(
             obj.as_bytes(),
             &Context { resolver: &resolver, limits: &Limits::default(), jobs: &Jobs::new(1) },
+            TextureLoading::Whole,
         )
     }
 
@@ -468,7 +478,7 @@ map_Ke nothing.png
         }
         let resolver = crate::DirectoryResolver::new(folder.path());
         let context = Context { resolver: &resolver, limits: &Limits::default(), jobs: &Jobs::new(2) };
-        let loaded = load(text.as_bytes(), &context).unwrap();
+        let loaded = load(text.as_bytes(), &context, TextureLoading::Whole).unwrap();
         let material = &loaded.scene.materials()[0];
         let texels = |t: &overcoat_scene::TextureRef| {
             loaded.scene.textures()[t.texture.index()].image().texels().to_vec()
@@ -680,7 +690,7 @@ map_Ke nothing.png
         for (limits, field) in [(vertices, "vertices"), (bytes, "decoded_bytes")] {
             let context = Context { resolver: &crate::NoResolver, limits: &limits, jobs: &Jobs::new(1) };
             let text = "v 0 0 0\n".repeat(1_000_000);
-            let error = load(text.as_bytes(), &context).unwrap_err();
+            let error = load(text.as_bytes(), &context, TextureLoading::Whole).unwrap_err();
             let LoadError::Limit(limit) = error else { panic!("{error}") };
             // Long before the end.
             assert!(limit.field == field && limit.asked.is_some_and(|asked| asked < 250_000), "{limit:?}");
@@ -691,7 +701,7 @@ map_Ke nothing.png
     fn limits_hold() {
         let limits = Limits::default().with_triangles(1);
         let context = Context { resolver: &crate::NoResolver, limits: &limits, jobs: &Jobs::new(1) };
-        let error = load(format!("{QUAD}f 1 2 3 4").as_bytes(), &context).unwrap_err();
+        let error = load(format!("{QUAD}f 1 2 3 4").as_bytes(), &context, TextureLoading::Whole).unwrap_err();
         assert!(matches!(error, LoadError::Limit(_)), "{error}");
     }
 

@@ -204,7 +204,7 @@ mod tests {
         );
         let limits = Limits::default();
         let context = Context { resolver: &NoResolver, limits: &limits, jobs: &Jobs::new(1) };
-        super::super::load(text.as_bytes(), &context).unwrap()
+        super::super::load(text.as_bytes(), &context, crate::TextureLoading::Whole).unwrap()
     }
 
     const ENDS: &str = "property int vertex1\nproperty int vertex2\n";

@@ -23,7 +23,7 @@ use super::origin::{Origin, Region, load_about, lost_steps};
 use super::text::quoted;
 use super::warnings::Warnings;
 use super::warnings::counted;
-use super::{Context, LoadError, Loaded};
+use super::{Context, LoadError, Loaded, TextureLoading};
 use body::{Faces, Vertices};
 use edges::{EDGES, Edges};
 use header::{Element, Encoding, Header};
@@ -43,13 +43,22 @@ const FACES: [&str; 3] = ["face", "faces", "tristrips"];
 ///
 /// One that ends early is drawn as far as it goes, with a warning. Faces with vertices that do not exist or are not finite are
 /// left out, with a warning; words that are no numbers are not finite.
-pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+pub(crate) fn load(
+    bytes: &[u8],
+    context: &Context<'_>,
+    loading: TextureLoading,
+) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    load_about(|region| load_in(bytes, region, context))
+    load_about(|region| load_in(bytes, region, context, loading))
 }
 
 /// Reads a file, about an origin where its model is in a region far away.
-fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
+fn load_in(
+    bytes: &[u8],
+    region: Option<&Region>,
+    context: &Context<'_>,
+    loading: TextureLoading,
+) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
     let mut header = Header::read(bytes, &mut warnings)?;
     if !header.longs.is_empty() && header.encoding != Encoding::Ascii && !fits(&header) {
@@ -86,7 +95,8 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
             add_normals(&mut data, context.jobs);
         }
         let names = &header.textures;
-        let parts = textures::by_texture(data, names, &of_faces, &mut scene, context, &mut warnings)?;
+        let reader = textures::Reader::new(context, loading);
+        let parts = textures::by_texture(data, names, &of_faces, &mut scene, reader, &mut warnings)?;
         add_parts(&mut scene, parts)?;
     }
     lines.map(|lines| edges::add(&mut scene, lines)).transpose()?;
@@ -327,7 +337,8 @@ mod tests {
     use overcoat_scene::PrimitiveKind;
 
     fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
-        load(bytes, &Context { resolver: &MemoryResolver::default(), limits, jobs: &Jobs::new(1) })
+        let context = Context { resolver: &MemoryResolver::default(), limits, jobs: &Jobs::new(1) };
+        load(bytes, &context, TextureLoading::Whole)
     }
 
     fn load_bytes(bytes: impl AsRef<[u8]>) -> Result<Loaded, LoadError> {

@@ -3,15 +3,14 @@
 //! With several of them the `texnumber` of a face says which is its own (MeshLab's convention, from 0; -1 is none).
 
 use crate::budget::Budget;
+use crate::encoded_image::warn_of_reduced;
 use crate::mesh_formats::read_picture;
 use crate::splitting::Variants;
-use crate::text::quoted;
 use crate::warnings::{Warnings, counted};
-use crate::{Context, LoadError};
+use crate::{Context, LoadError, TextureLoading};
 use overcoat_core::limits::Limits;
-use overcoat_scene::{AlphaUse, ColorSpace, MeshData, Sampler, Scene, Texture, TextureRef, UvTransform};
+use overcoat_scene::{AlphaUse, ColorSpace, MeshData, Sampler, Scene, TextureRef, UvTransform};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 /// A part of a mesh, and its texture.
 pub(super) type Part = (MeshData, Option<TextureRef>);
@@ -26,23 +25,26 @@ pub(super) fn by_texture(
     names: &[String],
     of_faces: &[i64],
     scene: &mut Scene,
-    context: &Context<'_>,
+    mut reader: Reader<'_>,
     warnings: &mut Warnings,
 ) -> Result<Vec<Part>, LoadError> {
     if names.is_empty() || data.uvs[0].is_empty() {
         return Ok(vec![(data, None)]);
     }
-    let mut budget = Budget::new(context.limits);
     if names.len() == 1 || of_faces.is_empty() {
         if names.len() > 1 {
             warnings.add(|| format!("PLY: of {} textures only the first is drawn", names.len()));
         }
-        let texture =
-            names.first().map(|name| read(name, scene, context, &mut budget, warnings)).transpose()?;
+        let texture = names.first().map(|name| reader.read(name, scene, warnings)).transpose()?;
         return Ok(vec![(data, texture.flatten())]);
     }
     let count = names.len() as u64;
-    Limits::check(|| "PLY: the number of textures".to_owned(), count, context.limits.textures, "textures")?;
+    Limits::check(
+        || "PLY: the number of textures".to_owned(),
+        count,
+        reader.context.limits.textures,
+        "textures",
+    )?;
     let mut textures: BTreeMap<Option<usize>, Option<TextureRef>> = BTreeMap::from([(None, None)]);
     let mut missing = 0_u64;
     let mut parts: BTreeMap<Option<usize>, Vec<[u32; 3]>> = BTreeMap::new();
@@ -57,7 +59,7 @@ pub(super) fn by_texture(
     }
     for &number in parts.keys() {
         if let Some(name) = number.and_then(|number| names.get(number)) {
-            textures.insert(number, read(name, scene, context, &mut budget, warnings)?);
+            textures.insert(number, reader.read(name, scene, warnings)?);
         }
     }
     let texture_of = |number: &Option<usize>| textures.get(number).copied().flatten();
@@ -93,35 +95,44 @@ fn part(whole: &MeshData, triangles: Vec<[u32; 3]>, local: &mut Variants<()>) ->
     out
 }
 
-/// Reads a picture; none, with a warning, if it cannot be had.
-fn read(
-    name: &str,
-    scene: &mut Scene,
-    context: &Context<'_>,
-    budget: &mut Budget,
-    warnings: &mut Warnings,
-) -> Result<Option<TextureRef>, LoadError> {
-    let image = match read_picture(context, name, budget)? {
-        Ok(picture) => {
-            if let Some(flaw) = picture.flaw {
-                let name = quoted(name.as_bytes());
-                warnings.add(|| format!("PLY: texture {name}: {flaw}"));
+/// Files of pictures on their way to textures.
+pub(super) struct Reader<'a> {
+    pub(super) context: &'a Context<'a>,
+    pub(super) loading: TextureLoading,
+    budget: Budget,
+}
+
+impl<'a> Reader<'a> {
+    /// A reader that has read nothing.
+    pub(super) fn new(context: &'a Context<'a>, loading: TextureLoading) -> Self {
+        Self { context, loading, budget: Budget::new(context.limits) }
+    }
+
+    /// Reads a picture; none, with a warning, if it cannot be had.
+    fn read(
+        &mut self,
+        name: &str,
+        scene: &mut Scene,
+        warnings: &mut Warnings,
+    ) -> Result<Option<TextureRef>, LoadError> {
+        let image = match read_picture("PLY", self.context, name, &mut self.budget)? {
+            Ok(image) => image,
+            Err(why) => {
+                warnings.add(|| why);
+                return Ok(None);
             }
-            picture.image
-        }
-        Err(why) => {
-            warnings.add(|| format!("PLY: {why}"));
-            return Ok(None);
-        }
-    };
-    let texture = Texture::new(Arc::new(image), ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
-    let texture = scene.add_texture(texture).map_err(LoadError::scene("PLY: texture"))?;
-    Ok(Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY }))
+        };
+        warn_of_reduced(image.reduction(), warnings);
+        let form = (ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
+        let Some(texture) = image.texture(form, self.loading, warnings)? else { return Ok(None) };
+        let texture = scene.add_texture(texture).map_err(LoadError::scene("PLY: texture"))?;
+        Ok(Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY }))
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::{Context, Loaded, MemoryResolver};
+    use crate::{Context, Loaded, MemoryResolver, TextureLoading};
     use overcoat_core::jobs::Jobs;
     use overcoat_core::limits::Limits;
 
@@ -149,8 +160,8 @@ mod tests {
         let files = [("red.png", [255, 0, 0]), ("green.png", [0, 255, 0]), ("blue.png", [0, 0, 255])];
         let files = files.map(|(name, color)| (name.to_owned(), picture(color))).into();
         let resolver = MemoryResolver { files };
-        super::super::load(text.as_bytes(), &Context { resolver: &resolver, limits, jobs: &Jobs::new(1) })
-            .unwrap()
+        let context = Context { resolver: &resolver, limits, jobs: &Jobs::new(1) };
+        super::super::load(text.as_bytes(), &context, TextureLoading::Whole).unwrap()
     }
 
     /// Triangles of each mesh, and the first texel of its texture.

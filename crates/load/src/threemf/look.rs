@@ -5,15 +5,14 @@ use super::property::{Blend, Display, Finish, Members, layered};
 use super::slicer::Settings;
 use super::{Builder, FORMAT};
 use crate::LoadError;
+use crate::encoded_image::warn_of_reduced;
 use crate::mesh_formats::{default_material, material_of, picture_of};
 use crate::text::quoted;
 use overcoat_core::limits::Limits;
 use overcoat_scene::{
-    AlphaMode, AlphaUse, ColorSpace, Material, MaterialId, Texture, TextureId, TextureRef, UvTransform,
-    Workflow,
+    AlphaMode, AlphaUse, ColorSpace, Material, MaterialId, TextureId, TextureRef, UvTransform, Workflow,
 };
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 /// Properties that are constant over a mesh of the scene: triangles with equal keys share a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -270,29 +269,30 @@ impl Builder<'_> {
             return Ok(None);
         };
         let (path, sampler) = (quoted(picture.path.as_bytes()), picture.sampler);
-        let what = format!("texture {path}");
+        let what = format!("3MF: texture {path}");
         let read = match self.package.archive.read(&picture.path, &mut self.budget) {
-            Ok(bytes) => picture_of(&what, &bytes, self.context, &mut self.budget)?,
+            Ok(bytes) => picture_of(what.clone(), bytes.into_owned(), self.context, &mut self.budget)?,
             Err(LoadError::Limit(limit)) => return Err(limit.into()),
             Err(error) => {
-                Err(error.to_string().trim_start_matches(FORMAT).trim_start_matches(": ").to_owned())
+                let why = error.to_string();
+                let why = why.trim_start_matches(FORMAT).trim_start_matches(": ");
+                Err(format!("{what} is left out: {why}"))
             }
         };
-        match read {
-            Ok(picture) => {
-                if let Some(flaw) = picture.flaw {
-                    self.warnings.add(|| format!("3MF: {what}: {flaw}"));
-                }
-                let texture =
-                    Texture::new(Arc::new(picture.image), ColorSpace::Srgb, AlphaUse::Data, sampler);
-                let texture = self.scene.add_texture(texture).map_err(LoadError::scene(what))?;
-                Ok(Some(texture))
-            }
+        let image = match read {
+            Ok(image) => image,
             Err(why) => {
-                self.warnings.add(|| format!("3MF: {what} is left out: {why}"));
-                Ok(None)
+                self.warnings.add(|| why);
+                return Ok(None);
             }
-        }
+        };
+        warn_of_reduced(image.reduction(), &mut self.warnings);
+        let form = (ColorSpace::Srgb, AlphaUse::Data, sampler);
+        let texture = image.texture(form, self.loading, &mut self.warnings)?;
+        texture
+            .map(|texture| self.scene.add_texture(texture))
+            .transpose()
+            .map_err(LoadError::scene(image.name))
     }
 }
 

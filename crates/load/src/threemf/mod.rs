@@ -26,7 +26,7 @@ use super::mesh_formats::{add_placed, check_input, finish};
 use super::origin::{Origin, load_about};
 use super::warnings::Warnings;
 use super::warnings::counted;
-use super::{Context, LoadError, Loaded};
+use super::{Context, LoadError, Loaded, TextureLoading};
 use crate::archive::{Archive, part_name};
 use look::Looks;
 use model::{Model, Purpose, Totals};
@@ -47,13 +47,22 @@ const OTHER: &str = "of the type 'other', which is not built";
 const DEEPEST: u64 = 1024;
 
 /// Reads a package: the model part that it begins with, and what that refers to.
-pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+pub(crate) fn load(
+    bytes: &[u8],
+    context: &Context<'_>,
+    loading: TextureLoading,
+) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    load_about(|region| load_in(bytes, region.is_some(), context))
+    load_about(|region| load_in(bytes, region.is_some(), context, loading))
 }
 
 /// Reads a package, about an origin of its own if its model is far away.
-fn load_in(bytes: &[u8], far: bool, context: &Context<'_>) -> Result<Loaded, LoadError> {
+fn load_in(
+    bytes: &[u8],
+    far: bool,
+    context: &Context<'_>,
+    loading: TextureLoading,
+) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
     let archive = Archive::open(FORMAT, bytes, context.limits, &mut warnings)?;
     let mut budget = Budget::new(context.limits);
@@ -71,6 +80,7 @@ fn load_in(bytes: &[u8], far: bool, context: &Context<'_>) -> Result<Loaded, Loa
     package.model(&start, context, &mut budget, &mut warnings)?;
     let mut builder = Builder {
         context,
+        loading,
         package,
         settings,
         looks: Looks::default(),
@@ -191,6 +201,7 @@ type Drawn = Vec<(MeshId, MaterialId)>;
 /// Puts what is built into a scene.
 struct Builder<'a> {
     context: &'a Context<'a>,
+    loading: TextureLoading,
     package: Package<'a>,
     settings: Settings,
     looks: Looks,

@@ -72,7 +72,8 @@ fn package(model: &str) -> Vec<u8> {
 }
 
 fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
-    let mut loaded = load(bytes, &Context { resolver: &NoResolver, limits, jobs: &Jobs::new(1) })?;
+    let context = Context { resolver: &NoResolver, limits, jobs: &Jobs::new(1) };
+    let mut loaded = load(bytes, &context, TextureLoading::Whole)?;
     loaded.scene.stand_up(Format::ThreeMf.orientation());
     Ok(loaded)
 }

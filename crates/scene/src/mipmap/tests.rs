@@ -317,3 +317,72 @@ fn rows_that_are_kept_have_the_texels_of_all() {
         }
     }
 }
+
+/// Textures from a coarser level on have the texels that all of the image has there.
+#[test]
+fn levels_from_a_coarser_one_on_are_those_of_the_image() {
+    let mut byte = noise();
+    for (width, height) in [(64, 64), (61, 37), (1, 90), (96, 33), (9, 8)] {
+        for (space, alpha) in [
+            (ColorSpace::Srgb, AlphaUse::Data),
+            (ColorSpace::Srgb, AlphaUse::Coverage),
+            (ColorSpace::Linear, AlphaUse::Normals),
+            (ColorSpace::Srgb, AlphaUse::mask(0.5)),
+        ] {
+            let opaque = alpha == AlphaUse::Normals;
+            let texel = |_| [byte(), byte(), byte(), if opaque { 255 } else { byte() }];
+            let whole = texture(width, height, space, alpha, texel);
+            for (finest, mip) in
+                [1, 2, 3].into_iter().zip([MipFilter::Linear, MipFilter::None, MipFilter::Nearest])
+            {
+                let sampler = Sampler { mip, ..Sampler::default() };
+                let of_image = Texture::from_level(whole.image().clone(), space, alpha, sampler, finest);
+                let expected: Vec<_> =
+                    whole.levels().skip(finest as usize).map(|level| level.texels.to_vec()).collect();
+                let expected = if mip == MipFilter::None { &expected[..1] } else { &expected[..] };
+                let found: Vec<_> = of_image.levels().map(|level| level.texels.to_vec()).collect();
+                assert_eq!(found, expected, "{width} {height} {alpha:?} {finest}");
+                assert_eq!(of_image.width(), (width >> finest).max(1));
+
+                // The same of rows, all of them or some.
+                let [w, h] = [of_image.width(), of_image.height()];
+                let layout = BandLayout::new(&crate::texture::full_layout([w, h], &sampler));
+                let levels = crate::texture::layout_down([width, height], &sampler, finest);
+                let is_mask = matches!(alpha, AlphaUse::Mask { .. });
+                let some = vec![u64::from(byte()) << 2 | 1; layout.words()];
+                for wanted in [layout.all().collect(), some] {
+                    if is_mask && wanted != layout.all().collect::<Vec<_>>() {
+                        continue;
+                    }
+                    let mut chain = Chain::new(&levels, RowBands::new(&layout, wanted), space, alpha);
+                    for row in whole.image().texels().chunks(width as usize) {
+                        if !chain.is_done() {
+                            chain.take(row);
+                        }
+                    }
+                    let Made { bands, mut texels, image } = chain.finish();
+                    if let Some(mut image) = image {
+                        image.append(&mut texels);
+                        texels = image;
+                    }
+                    let mut count = 0;
+                    for (number, (level, expected)) in of_image.levels().zip(&found).enumerate() {
+                        for (row, expected) in expected.chunks(level.width as usize).enumerate() {
+                            let Some(start) = bands.place(number, row as u32) else { continue };
+                            let found = &texels[start..][..expected.len()];
+                            // Coverage of a mask is kept as that of its finest level.
+                            let same = if is_mask {
+                                number > 0 || found[0][..3] == expected[0][..3]
+                            } else {
+                                found == expected
+                            };
+                            assert!(same, "{width} {height} {alpha:?} {finest}: {number} {row}");
+                            count += expected.len();
+                        }
+                    }
+                    assert_eq!(count, texels.len());
+                }
+            }
+        }
+    }
+}

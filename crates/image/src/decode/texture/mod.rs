@@ -62,6 +62,11 @@ impl Header {
         area(self.width, self.height)
     }
 
+    /// True if its format is decoded row by row, unless it is interlaced.
+    pub fn is_read_by_rows(&self) -> bool {
+        matches!(self.kind, Kind::Image(ImageFormat::Png))
+    }
+
     /// The kind of picture, if it is one that glTF does not have: "a GIF".
     pub fn unusual(&self) -> Option<&'static str> {
         self.kind.unusual()

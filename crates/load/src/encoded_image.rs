@@ -1,0 +1,156 @@
+//! Textures of encoded images: decoded when a picture reads them, or at once, and kept as finely as the budget allows.
+
+use crate::budget::{Budget, Claim};
+use crate::image::{self, Header, Picture};
+use crate::warnings::Warnings;
+use crate::{LoadError, TextureLoading};
+use overcoat_scene::{AlphaUse, ColorSpace, Image, ImageSource, LazyImage, Sampler, Texture, level_size};
+use std::sync::Arc;
+
+/// Colour space, use of alpha and sampler of a texture.
+pub(crate) type Form = (ColorSpace, AlphaUse, Sampler);
+
+/// An image as its file has it.
+#[derive(Clone)]
+pub(crate) struct EncodedImage {
+    /// Name in messages, with the format of the model.
+    pub(crate) name: String,
+    pub(crate) bytes: Arc<Vec<u8>>,
+    pub(crate) header: Header,
+    /// Mip level that is level 0 of its textures.
+    pub(crate) finest: u32,
+}
+
+impl EncodedImage {
+    /// Claims so many bytes for each texel, and what decoding takes for a while: as much of the image as fits.
+    ///
+    /// # Errors
+    /// [`LoadError::Limit`] naming the image.
+    pub(crate) fn charged(
+        name: String,
+        (bytes, header): (Vec<u8>, Header),
+        per_texel: u64,
+        budget: &mut Budget,
+    ) -> Result<Self, LoadError> {
+        let mut claim = Claim::of(&header, per_texel);
+        budget.fit_one(&mut claim);
+        budget.charge_texture(|| name.clone(), &claim)?;
+        Ok(Self { name, bytes: Arc::new(bytes), header, finest: claim.finest })
+    }
+
+    /// Its textures in some forms, to be decoded when a picture reads them.
+    pub(crate) fn lazy(&self, forms: impl IntoIterator<Item = Form>) -> Arc<LazyImage> {
+        let Header { width, height, .. } = self.header;
+        let source = Box::new(self.clone());
+        Arc::new(LazyImage::new([width, height], self.finest, self.header.is_opaque(), source, forms))
+    }
+
+    /// Its texture in one form, to be decoded when a picture reads it.
+    pub(crate) fn lazy_texture(&self, form: Form) -> Option<Texture> {
+        Texture::lazy(&self.lazy([form]), 0)
+    }
+
+    /// It as a whole; of a reduced one, the level that is kept.
+    ///
+    /// # Errors
+    /// [`ImageError`](image::ImageError).
+    pub(crate) fn decode(&self) -> Result<Picture, image::ImageError> {
+        let Picture { image, flaw } = image::decode(&self.bytes, &self.header)?;
+        if self.finest == 0 {
+            return Ok(Picture { image, flaw });
+        }
+        let (space, alpha, sampler) = (ColorSpace::Linear, AlphaUse::Data, Sampler::default());
+        let kept = Texture::from_level(Arc::new(image), space, alpha, sampler, self.finest);
+        Ok(Picture { image: Image::clone(kept.image()), flaw })
+    }
+
+    /// Its texture in one form. One that is kept smaller is decoded by need in any case. `None`, with a warning, if it cannot be
+    /// decoded.
+    ///
+    /// # Errors
+    /// [`LoadError::Limit`] naming the image.
+    pub(crate) fn texture(
+        &self,
+        form: Form,
+        loading: TextureLoading,
+        warnings: &mut Warnings,
+    ) -> Result<Option<Texture>, LoadError> {
+        if loading == TextureLoading::ByNeed || self.finest > 0 {
+            return Ok(self.lazy_texture(form));
+        }
+        match image::decode(&self.bytes, &self.header) {
+            Ok(Picture { image, flaw }) => {
+                if let Some(flaw) = flaw {
+                    warnings.add(|| format!("{}: {flaw}", self.name));
+                }
+                let (color_space, alpha, sampler) = form;
+                Ok(Some(Texture::new(Arc::new(image), color_space, alpha, sampler)))
+            }
+            Err(error) => {
+                let loss = error.loss()?;
+                warnings.add(|| format!("{} is left out: {loss}", self.name));
+                Ok(None)
+            }
+        }
+    }
+
+    /// Size as it is stored, and size of level 0 of its textures, if that is smaller.
+    pub(crate) fn reduction(&self) -> Option<Reduction<'_>> {
+        Reduction::of(&self.name, &self.header, self.finest)
+    }
+}
+
+impl ImageSource for EncodedImage {
+    fn rows(&self, raw: &mut Vec<u8>, take: &mut dyn FnMut(&[[u8; 4]]) -> bool) -> bool {
+        image::rows(&self.bytes, &self.header, raw, take)
+    }
+
+    fn transient(&self) -> u64 {
+        if self.header.is_read_by_rows() {
+            return 0;
+        }
+        self.header.texels().saturating_mul(self.header.transient)
+    }
+
+    fn image(&self) -> Result<(Image, Vec<String>), String> {
+        match image::decode(&self.bytes, &self.header) {
+            Ok(Picture { image, flaw }) => {
+                let flaw = flaw.map(|flaw| format!("{}: {flaw}", self.name));
+                Ok((image, flaw.into_iter().collect()))
+            }
+            Err(error) => {
+                let loss = error.loss().unwrap_or_else(|limit| limit.to_string());
+                Err(format!("{}: {loss}; drawn without it", self.name))
+            }
+        }
+    }
+}
+
+/// A texture that is kept smaller than its file has it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reduction<'a> {
+    name: &'a str,
+    size: [u32; 2],
+    kept: [u32; 2],
+}
+
+impl<'a> Reduction<'a> {
+    /// The reduction of an image of which the levels from `finest` on are kept, if that is not all of it.
+    pub(crate) fn of(name: &'a str, header: &Header, finest: u32) -> Option<Self> {
+        let size = [header.width, header.height];
+        (finest > 0).then(|| Self { name, size, kept: level_size(size, finest) })
+    }
+}
+
+/// Warns of textures that are kept smaller: of the first of them by name.
+pub(crate) fn warn_of_reduced<'a>(reduced: impl IntoIterator<Item = Reduction<'a>>, warnings: &mut Warnings) {
+    let mut reduced = reduced.into_iter();
+    let Some(Reduction { name, size: [width, height], kept: [w, h] }) = reduced.next() else { return };
+    let more = match reduced.count() {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    warnings.add(|| {
+        format!("{name} of {width} x {height} texels is drawn from {w} x {h}{more}: the textures are large (total_texture_pixels, decoded_bytes)")
+    });
+}
