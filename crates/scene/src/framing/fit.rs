@@ -1,8 +1,9 @@
 //! Fit of the camera to the visible parts of scenes.
 
 use super::Framing;
+use super::discs::{Disc, Discs};
 use super::extent::{self, Extent};
-use crate::{Bounds, Camera, Mesh, MeshId, Projection, Scene, SplatCloud, Transform};
+use crate::{Bounds, Camera, Mesh, MeshId, PrimitiveKind, Projection, Scene, SplatCloud, Transform};
 use glam::DVec3;
 
 /// Finds the camera that fits several scenes, for pictures that follow each other: poses of one model, or a model that
@@ -25,7 +26,7 @@ impl Fit {
         Self { framing, bounds: Bounds::EMPTY, center, reach }
     }
 
-    /// Takes in a scene.
+    /// Takes in a scene: of one whose strays make it look much larger than it is, its crowd ([`Scene::crowd`]).
     pub fn include(&mut self, scene: &Scene) {
         self.include_moved(scene, &Transform::IDENTITY);
     }
@@ -34,10 +35,14 @@ impl Fit {
     pub fn include_moved(&mut self, scene: &Scene, by: &Transform) {
         // Numbers that overflow there cannot be drawn either.
         let placed = |transform: &Transform| by.after(transform).unwrap_or(*transform);
-        let bounds = scene.seen_instances().fold(Bounds::EMPTY, |all, instance| {
-            let mesh = &scene.meshes()[instance.mesh.index()];
-            all.union(&mesh.bounds().transformed(&placed(&instance.transform)))
-        });
+        let crowd = scene.crowd().map(|crowd| crowd.bounds);
+        let bounds = match &crowd {
+            Some(crowd) => crowd.transformed(by),
+            None => scene.seen_instances().fold(Bounds::EMPTY, |all, instance| {
+                let mesh = &scene.meshes()[instance.mesh.index()];
+                all.union(&mesh.bounds().transformed(&placed(&instance.transform)))
+            }),
+        };
         let bounds = scene.splat_instances().iter().fold(bounds, |all, instance| {
             let cloud = &scene.splats()[instance.cloud.index()];
             all.union(&cloud.shown_bounds().transformed(&placed(&instance.transform)))
@@ -53,7 +58,14 @@ impl Fit {
         let mut used: Option<(MeshId, Option<Vec<bool>>)> = None;
         for instance in scene.seen_instances() {
             let mesh = &scene.meshes()[instance.mesh.index()];
-            let measures = self.reach.measures(&placed(&instance.transform));
+            let transform = placed(&instance.transform);
+            if mesh.kind() == PrimitiveKind::Points {
+                let discs = Discs::new(mesh, &transform);
+                let counts = |p| crowd.is_none_or(|crowd| crowd.contains(instance.transform.point(p)));
+                self.reach.visit_discs(&discs, counts);
+                continue;
+            }
+            let measures = self.reach.measures(&transform);
             let bounds = mesh.bounds();
             if bounds.is_empty() || !self.reach.grows(&measures, bounds) {
                 continue;
@@ -63,7 +75,21 @@ impl Fit {
                 used = Some((instance.mesh, mesh.used_vertices()));
             }
             let used = used.as_ref().and_then(|(_, used)| used.as_deref());
-            self.reach.visit(&measures, mesh, used);
+            match &crowd {
+                None => self.reach.visit(&measures, mesh, used),
+                Some(crowd) => {
+                    let inside: Vec<bool> = mesh
+                        .positions()
+                        .iter()
+                        .enumerate()
+                        .map(|(k, p)| {
+                            used.is_none_or(|used| used[k])
+                                && crowd.contains(instance.transform.point(p.map(f64::from)))
+                        })
+                        .collect();
+                    self.reach.visit(&measures, mesh, Some(&inside));
+                }
+            }
         }
         for instance in scene.splat_instances() {
             let cloud = &scene.splats()[instance.cloud.index()];
@@ -169,6 +195,30 @@ impl Reach {
                 }
             }
         }
+    }
+
+    /// Takes in the discs that points are drawn as, of those that count by their positions in the mesh.
+    fn visit_discs(&mut self, discs: &Discs<'_>, counts: impl Fn([f64; 3]) -> bool) {
+        let world = self.measures(&Transform::IDENTITY);
+        discs.for_each(|place, Disc { center, radius, normal }| {
+            // Most discs lie among others.
+            let around = Bounds { min: center.map(|v| v - radius), max: center.map(|v| v + radius) };
+            if !self.grows(&world, &around) || !counts(place) {
+                return;
+            }
+            let half = |k: usize| {
+                let d = DVec3::from(world.0[k].0);
+                let across = d.dot(d) - d.dot(normal) * d.dot(normal);
+                if across > 0.0 { radius * across.sqrt() } else { 0.0 }
+            };
+            for (k, plane) in self.planes.iter_mut().enumerate() {
+                let m = world.of(k, center) + half(k);
+                *plane = if m > *plane { m } else { *plane };
+            }
+            let (depth, half) = (world.of(4, center), half(4));
+            self.depth[0] = if depth - half < self.depth[0] { depth - half } else { self.depth[0] };
+            self.depth[1] = if depth + half > self.depth[1] { depth + half } else { self.depth[1] };
+        });
     }
 
     /// Takes in the splats of an instance that a picture is to show.

@@ -19,8 +19,9 @@
 //! Everything is a function of the positions alone: cells are found in double precision, sums run in the order of the
 //! sorted cells, and crowded cells are looked at in fixed strides.
 
+use crate::framing::crowd::crowd_of;
+use crate::{Bounds, Mesh, Surfels, Transform};
 use overcoat_core::jobs::Jobs;
-use overcoat_scene::{Mesh, Surfels};
 
 /// Rank of the neighbour whose distance is the radius.
 const NEIGHBOUR: usize = 6;
@@ -65,7 +66,10 @@ pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
     if positions.len() < 3 || positions.len() >= 1 << POINT_BITS || mesh.bounds().is_empty() {
         return markers;
     }
-    let Some(grid) = Grid::of(mesh) else { return markers };
+    // Strays do not decide how fine the cells are, nor what is sparse.
+    let crowd = crowd_of(&[(mesh, &Transform::IDENTITY)]);
+    let bounds = crowd.map_or(*mesh.bounds(), |crowd| crowd.bounds);
+    let Some(grid) = Grid::of(positions, &bounds) else { return markers };
     let cloud = Cloud::new(positions, grid);
     let own = mesh.normals();
     let is_none = |normal: &[f32; 3]| *normal == [0.0; 3];
@@ -95,7 +99,7 @@ pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
     let Some(median) = median(&radii) else {
         return Surfels { normals, ..markers };
     };
-    let [width, height, depth] = mesh.bounds().size();
+    let [width, height, depth] = bounds.size();
     let diagonal = (width * width + height * height + depth * depth).sqrt();
     let part = f64::from(median) / diagonal;
     // 0 for surfaces, 1 for markers.
@@ -128,9 +132,9 @@ struct Grid {
 }
 
 impl Grid {
-    /// A grid with [`CROWD`] points in each cell that has any, about; `None` for points in one place.
-    fn of(mesh: &Mesh) -> Option<Self> {
-        let (positions, bounds) = (mesh.positions(), mesh.bounds());
+    /// A grid with [`CROWD`] points in each cell that has any, about; `None` for points in one place. Points beyond the
+    /// bounds are in the outermost cells.
+    fn of(positions: &[[f32; 3]], bounds: &Bounds) -> Option<Self> {
         let mut size = bounds.size();
         size.sort_by(f64::total_cmp);
         let [_, side, longest] = size;
@@ -167,7 +171,7 @@ impl Grid {
     fn cell(&self, position: [f32; 3]) -> u64 {
         let along = |k: usize| {
             let cell = (f64::from(position[k]) - self.corner[k]) * self.density;
-            // Not negative; conversions saturate.
+            // Conversions saturate: what is negative is in the first.
             u64::from((cell as u32).min(LAST))
         };
         along(0) | along(1) << CELL_BITS | along(2) << (2 * CELL_BITS)
@@ -467,7 +471,7 @@ fn plane_normal([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<[f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overcoat_scene::{MeshData, PrimitiveKind};
+    use crate::{MeshData, PrimitiveKind};
 
     fn surfels(positions: Vec<[f32; 3]>) -> Surfels {
         let data = MeshData { positions, kind: PrimitiveKind::Points, ..MeshData::default() };
