@@ -37,7 +37,9 @@ impl RenderTask {
             let message = format!("{message}; {advice}--allow-empty writes the picture all the same");
             return Err(Failure::failed(message).at(&source.path));
         }
-        if let Some(crowd) = scene.crowd().filter(|_| self.is_framed()) {
+        if self.is_framed()
+            && let Some(crowd) = scene.crowd()
+        {
             return Ok(Some(Warning::new(self.of_strays(scene, &crowd))));
         }
         let pixels = u64::from(self.options.width) * u64::from(self.options.height);

@@ -25,9 +25,14 @@ pub(super) struct Disc {
 }
 
 impl<'a> Discs<'a> {
+    /// True if the discs of a mesh of points count: by their number alone, whether or not they are known.
+    pub(super) fn count_in(mesh: &Mesh) -> bool {
+        mesh.positions().len() <= MOST
+    }
+
     /// Finds the surface elements of a mesh of points, unless they are known. They are kept for the pictures of it.
     pub(super) fn new(mesh: &'a Mesh, transform: &'a Transform) -> Self {
-        if mesh.surfels().is_none() && mesh.positions().len() <= MOST {
+        if mesh.surfels().is_none() {
             let found = estimate_surfels(mesh, &Jobs::new(1));
             // A renderer refuses other arithmetic, and must not be given what that has found.
             if !arithmetic_is_default() {

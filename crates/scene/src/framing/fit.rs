@@ -3,7 +3,9 @@
 use super::Framing;
 use super::discs::{Disc, Discs};
 use super::extent::{self, Extent};
-use crate::{Bounds, Camera, Mesh, MeshId, PrimitiveKind, Projection, Scene, SplatCloud, Transform};
+use crate::{
+    Bounds, Camera, Mesh, MeshId, PrimitiveKind, Projection, Revision, Scene, SplatCloud, Transform,
+};
 use glam::DVec3;
 
 /// Finds the camera that fits several scenes, for pictures that follow each other: poses of one model, or a model that
@@ -15,6 +17,8 @@ pub struct Fit {
     /// Centre of the first scene that is not empty: origin of all measures.
     center: [f64; 3],
     reach: Reach,
+    /// Crowd of the scene of this name.
+    crowd: Option<(Revision, Option<Bounds>)>,
 }
 
 impl Fit {
@@ -23,7 +27,7 @@ impl Fit {
     pub fn new(framing: Framing) -> Self {
         let center = [0.0; 3];
         let reach = Reach::new(framing.axes(), center, framing.tangents());
-        Self { framing, bounds: Bounds::EMPTY, center, reach }
+        Self { framing, bounds: Bounds::EMPTY, center, reach, crowd: None }
     }
 
     /// Takes in a scene: of one whose strays make it look much larger than it is, its crowd ([`Scene::crowd`]).
@@ -35,7 +39,7 @@ impl Fit {
     pub fn include_moved(&mut self, scene: &Scene, by: &Transform) {
         // Numbers that overflow there cannot be drawn either.
         let placed = |transform: &Transform| by.after(transform).unwrap_or(*transform);
-        let crowd = scene.crowd().map(|crowd| crowd.bounds);
+        let crowd = self.crowd_of(scene);
         let bounds = match &crowd {
             Some(crowd) => crowd.transformed(by),
             None => scene.seen_instances().fold(Bounds::EMPTY, |all, instance| {
@@ -59,7 +63,7 @@ impl Fit {
         for instance in scene.seen_instances() {
             let mesh = &scene.meshes()[instance.mesh.index()];
             let transform = placed(&instance.transform);
-            if mesh.kind() == PrimitiveKind::Points {
+            if mesh.kind() == PrimitiveKind::Points && Discs::count_in(mesh) {
                 let discs = Discs::new(mesh, &transform);
                 let counts = |p| crowd.is_none_or(|crowd| crowd.contains(instance.transform.point(p)));
                 self.reach.visit_discs(&discs, counts);
@@ -78,15 +82,7 @@ impl Fit {
             match &crowd {
                 None => self.reach.visit(&measures, mesh, used),
                 Some(crowd) => {
-                    let inside: Vec<bool> = mesh
-                        .positions()
-                        .iter()
-                        .enumerate()
-                        .map(|(k, p)| {
-                            used.is_none_or(|used| used[k])
-                                && crowd.contains(instance.transform.point(p.map(f64::from)))
-                        })
-                        .collect();
+                    let inside = inside(crowd, mesh, &instance.transform, used);
                     self.reach.visit(&measures, mesh, Some(&inside));
                 }
             }
@@ -97,10 +93,23 @@ impl Fit {
         }
     }
 
+    /// Box of the crowd of a scene, found once for all that follow in which it does not change.
+    fn crowd_of(&mut self, scene: &Scene) -> Option<Bounds> {
+        let revision = scene.revision();
+        match self.crowd {
+            Some((known, crowd)) if known == revision => crowd,
+            _ => {
+                let crowd = scene.crowd().map(|crowd| crowd.bounds);
+                self.crowd = Some((revision, crowd));
+                crowd
+            }
+        }
+    }
+
     /// The camera closest to the scenes that has every vertex of each in the picture, as [`Framing::camera`].
     #[must_use]
     pub fn camera(self) -> Camera {
-        let Self { framing, bounds, center, mut reach } = self;
+        let Self { framing, bounds, center, mut reach, .. } = self;
         let size = bounds.size();
         let diagonal = (size[0] * size[0] + size[1] * size[1] + size[2] * size[2]).sqrt();
         let magnitude = center.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -143,6 +152,13 @@ impl Fit {
         let near = ((distance - near) * 0.5).max(extent * 1e-4) as f32;
         Camera::new(single(eye), single(target), single(axis_y), projection, near)
     }
+}
+
+/// Mask of the vertices of a mesh that count and lie in a box of the world.
+fn inside(bounds: &Bounds, mesh: &Mesh, transform: &Transform, used: Option<&[bool]>) -> Vec<bool> {
+    let lies_inside = |p: &[f32; 3]| bounds.contains(transform.point(p.map(f64::from)));
+    let places = mesh.positions().iter().enumerate();
+    places.map(|(k, p)| used.is_none_or(|used| used[k]) && lies_inside(p)).collect()
 }
 
 /// Smallest extent in metres of a model that is framed as it is.
