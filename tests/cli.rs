@@ -735,18 +735,63 @@ fn hardly_anything_to_see_is_a_warning_that_helps() {
     }
     text += "v 70 0 0\nv 71 0 0\nv 70 1 0\nf -3 -2 -1\n";
     fs::write(folder.path().join("stray.obj"), text).unwrap();
-    let message =
-        stderr(&overcoat(folder.path(), &["render", "stray.obj", "-o", "out.png", "--size", "128"]));
-    assert!(message.contains("all but 1 of 401 triangles are within"), "{message}");
-    // Following its advice helps.
-    let words: Vec<&str> = message.split(' ').collect();
-    let after = |option: &str| words[words.iter().position(|w| *w == option).unwrap() + 1];
-    let (eye, target) = (after("--eye"), after("--target"));
-    let closer = ["render", "stray.obj", "-o", "out.png", "--size", "128", "--eye", eye, "--target", target];
-    assert_eq!(stderr(&overcoat(folder.path(), &closer)), "");
-    let (_, _, pixels) = read_png(&fs::read(folder.path().join("out.png")).unwrap());
-    let covered = pixels.chunks(4).filter(|p| p[3] > 0).count();
+    let draw = |more: &[&str]| {
+        let args = [&["render", "stray.obj", "-o", "out.png", "--size", "128"], more].concat();
+        let message = stderr(&overcoat(folder.path(), &args));
+        let (_, _, pixels) = read_png(&fs::read(folder.path().join("out.png")).unwrap());
+        (message, pixels.chunks(4).filter(|p| p[3] > 0).count())
+    };
+    // The crowd is framed, and the warning says from where all can be seen; from there, what helps.
+    let (message, covered) = draw(&[]);
+    assert!(message.contains("1 of 401 triangles are far from all others"), "{message}");
     assert!(covered > 128 * 128 / 8, "{covered} pixels");
+    let place = |message: &str| -> [String; 4] {
+        let words: Vec<&str> = message.split_whitespace().collect();
+        let at = words.iter().position(|w| *w == "--eye").unwrap();
+        std::array::from_fn(|k| words[at + k].to_owned())
+    };
+    let place_of_all = place(&message);
+    let (message, covered) = draw(&place_of_all.each_ref().map(String::as_str));
+    assert!(message.contains("all but 1 of 401 triangles are within"), "{message}");
+    assert!(covered > 0 && covered < 128 * 128 / 50, "{covered} pixels");
+    let closer = place(&message);
+    let (message, covered) = draw(&closer.each_ref().map(String::as_str));
+    assert_eq!(message, "");
+    assert!(covered > 128 * 128 / 8, "{covered} pixels");
+}
+
+/// Points are discs, which a frame does not cut, and a few of them far away do not make the others a speck.
+#[test]
+fn clouds_fill_the_picture_and_stay_within_it() {
+    let folder = folder();
+    let lattice: Vec<[f64; 3]> = (0..400).map(|k| [f64::from(k % 20), f64::from(k / 20), 0.0]).collect();
+    let strays: Vec<[f64; 3]> =
+        (0..3).map(f64::from).map(|k| [900.0 * k, 700.0 - 800.0 * k, 600.0]).collect();
+    let ply = |points: &[[f64; 3]]| {
+        let lines: String = points.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+             end_header\n{lines}",
+            points.len()
+        )
+    };
+    fs::write(folder.path().join("cloud.ply"), ply(&lattice)).unwrap();
+    fs::write(folder.path().join("strays.ply"), ply(&[&lattice[..], &strays].concat())).unwrap();
+    let warning = "3 of 403 points are far from all others";
+    for (file, warns) in [("cloud.ply", false), ("strays.ply", true)] {
+        let output = overcoat(folder.path(), &["render", file, "-o", "out.png", "--size", "96"]);
+        let message = stderr(&output);
+        assert_eq!(message.matches(warning).count(), usize::from(warns), "{message}");
+        let (width, height, pixels) = read_png(&fs::read(folder.path().join("out.png")).unwrap());
+        let alpha = |x: u32, y: u32| pixels[(4 * (y * width + x) + 3) as usize];
+        let border = (0..width).flat_map(|k| [[k, 0], [k, height - 1], [0, k], [width - 1, k]]);
+        assert!(border.into_iter().all(|[x, y]| alpha(x, y) == 0), "{file}");
+        let covered = pixels.chunks(4).filter(|p| p[3] > 0).count();
+        assert!(covered > 96 * 96 / 2, "{file}: {covered} pixels");
+    }
+    let turn = ["turntable", "strays.ply", "-o", "turn.png", "--frames", "2", "--size", "32"];
+    let message = stderr(&overcoat(folder.path(), &turn));
+    assert_eq!(message.matches(warning).count(), 1, "{message}");
 }
 
 /// Settings that all pictures of a sheet share may come from a scene file.

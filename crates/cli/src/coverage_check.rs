@@ -5,7 +5,7 @@ use super::input::ModelSource;
 use super::render_task::RenderTask;
 use overcoat_load::Warning;
 use overcoat_render::{RenderStats, Unseen};
-use overcoat_scene::{Bounds, Camera, Crowd, Scene};
+use overcoat_scene::{Bounds, Camera, Crowd, PrimitiveKind, Scene};
 
 /// Part of the picture below which there is hardly anything to see.
 const HARDLY: f64 = 1e-3;
@@ -30,12 +30,17 @@ impl RenderTask {
                 return Ok(Some(Warning::new(message)));
             }
             let small = matches!(unseen, Unseen::SmallerThanPixel | Unseen::BetweenSamples);
-            let advice = match scene.crowd().filter(|_| small) {
+            let advice = match scene.crowd().filter(|_| small && !self.is_framed()) {
                 Some(crowd) => format!("{}, ", self.of_crowd(scene, &crowd)),
                 None => advice(unseen).to_owned(),
             };
             let message = format!("{message}; {advice}--allow-empty writes the picture all the same");
             return Err(Failure::failed(message).at(&source.path));
+        }
+        if self.is_framed()
+            && let Some(crowd) = scene.crowd()
+        {
+            return Ok(Some(Warning::new(self.of_strays(scene, &crowd))));
         }
         let pixels = u64::from(self.options.width) * u64::from(self.options.height);
         let part = stats.covered as f64 / pixels as f64;
@@ -55,18 +60,42 @@ impl RenderTask {
         }))
     }
 
+    /// True if the picture frames the model, and of a model with strays the rest.
+    fn is_framed(&self) -> bool {
+        let camera = &self.description.camera;
+        camera.eye.is_none() && camera.from_model.is_none()
+    }
+
+    /// Says how many parts of a model a framed picture does not show, and from where they can be seen.
+    fn of_strays(&self, scene: &Scene, crowd: &Crowd) -> String {
+        let Crowd { strays, all, bounds } = crowd;
+        let whole = scene.bounds();
+        let percent = 100.0 * longest(bounds) / longest(&whole);
+        let (parts, place) = (noun(scene), self.place(scene, &whole));
+        format!(
+            "{strays} of {all} {parts} are far from all others, which are within {percent:.3} percent of the model's size \
+             and which the picture frames; {place} shows all"
+        )
+    }
+
     /// Says where nearly all of a model is, and from where that can be seen.
     fn of_crowd(&self, scene: &Scene, crowd: &Crowd) -> String {
+        let Crowd { strays, all, bounds } = crowd;
+        let percent = 100.0 * longest(bounds) / longest(&scene.bounds());
+        let (parts, place) = (noun(scene), self.place(scene, bounds));
+        format!(
+            "all but {strays} of {all} {parts} are within {percent:.3} percent of the model's size; {place} shows them"
+        )
+    }
+
+    /// Options of a camera that shows a box.
+    fn place(&self, scene: &Scene, bounds: &Bounds) -> String {
         let framing = self.description.framing(scene, &self.options).unwrap_or_default();
-        let longest = |b: &Bounds| b.size().into_iter().fold(0.0_f64, |m, v| if v > m { v } else { m });
-        let whole = longest(&scene.bounds());
-        let percent = 100.0 * longest(&crowd.bounds) / whole;
-        let center = crowd.bounds.center();
-        let [x, y, z] = crowd.bounds.size();
+        let center = bounds.center();
         let length = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
         let direction = framing.direction.map(f64::from);
         // The ball around the box, seen through 30 degrees.
-        let distance = 0.5 * length([x, y, z]) * 4.0 / length(direction);
+        let distance = 0.5 * length(bounds.size()) * 4.0 / length(direction);
         let in_file = |k: usize, v: f64| v + scene.origin()[k];
         // As many digits as the place needs.
         let digits = |v: f64| format!("{:.*}", if distance < 1.0 { 6 } else { 3 }, v);
@@ -75,12 +104,23 @@ impl RenderTask {
                 std::array::from_fn(|k| digits(in_file(k, center[k] + direction[k] * offset)));
             all.join(",")
         };
-        let (eye, target) = (place(distance), place(0.0));
-        let Crowd { strays, all, .. } = crowd;
-        format!(
-            "all but {strays} of {all} triangles are within {percent:.3} percent of the model's size; --eye {eye} --target \
-             {target} shows them"
-        )
+        format!("--eye {} --target {}", place(distance), place(0.0))
+    }
+}
+
+/// Longest side of a box.
+fn longest(b: &Bounds) -> f64 {
+    b.size().into_iter().fold(0.0_f64, |m, v| if v > m { v } else { m })
+}
+
+/// Name of the primitives of a scene.
+fn noun(scene: &Scene) -> &'static str {
+    let has = |kind| scene.count_of(kind) > 0;
+    match [PrimitiveKind::Triangles, PrimitiveKind::Lines, PrimitiveKind::Points].map(has) {
+        [_, false, false] => "triangles",
+        [false, true, false] => "lines",
+        [false, false, true] => "points",
+        _ => "triangles, lines and points",
     }
 }
 

@@ -38,9 +38,9 @@ pub use unseen::Unseen;
 use builder::Fixed;
 use overcoat_core::frame::{DisplayImage, DisplayOptions, Frame, PixelFormat, Target};
 use overcoat_core::jobs::Jobs;
+use overcoat_core::math::arithmetic_is_default;
 use overcoat_scene::{Camera, Scene, ShadingModel};
 use overcoat_stages::light::PrefilteredEnvironment;
-use overcoat_tiles::timed_pool::arithmetic_is_default;
 use picture::{Drawn, Memory, Request};
 use std::sync::Arc;
 

@@ -13,6 +13,7 @@ use overcoat_core::dispatch_available;
 use overcoat_core::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame, Target};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::{LimitExceeded, Limits};
+use overcoat_core::math::arithmetic_is_default;
 use overcoat_core::reuse::emptied;
 use overcoat_scene::{Camera, Environment, EnvironmentSource, Material, Scene, Texture};
 use overcoat_stages::gbuffer::Draw;
@@ -28,7 +29,7 @@ use overcoat_tiles::mirror::{camera_of_mirror, options_of_mirror};
 use overcoat_tiles::options::{RenderError, RenderOptions};
 use overcoat_tiles::strips::Planes;
 use overcoat_tiles::tile_pass::default_tile_size;
-use overcoat_tiles::timed_pool::{TimedPool, arithmetic_is_default};
+use overcoat_tiles::timed_pool::TimedPool;
 use overcoat_tiles::work::WorkDone;
 use std::borrow::Cow;
 

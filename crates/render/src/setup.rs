@@ -2,11 +2,11 @@
 
 use overcoat_core::reuse::emptied;
 use overcoat_core::{dispatch, dispatch_available};
-use overcoat_scene::{Mesh, PrimitiveKind, Scene};
+use overcoat_scene::{Mesh, PrimitiveKind, Scene, estimate_surfels};
 use overcoat_stages::gbuffer::Draw;
 use overcoat_stages::geometry::{
-    Chunk, ChunkJob, DrawView, ScreenVertices, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View,
-    estimate_surfels, process_chunk, process_lines, process_points, transform_vertices,
+    Chunk, ChunkJob, DrawView, ScreenVertices, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
+    process_lines, process_points, transform_vertices,
 };
 use overcoat_stages::raster::SamplePattern;
 use overcoat_stages::tile::TileGrid;

@@ -21,6 +21,12 @@ impl Bounds {
         (0..3).any(|k| self.min[k] > self.max[k])
     }
 
+    /// True if a point is within, or on a side.
+    #[must_use]
+    pub(crate) fn contains(&self, p: [f64; 3]) -> bool {
+        (0..3).all(|k| self.min[k] <= p[k] && p[k] <= self.max[k])
+    }
+
     /// Grows to contain a point.
     pub fn include(&mut self, p: [f32; 3]) {
         for k in 0..3 {

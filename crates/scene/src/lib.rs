@@ -25,6 +25,7 @@ pub mod primitives;
 mod revision;
 mod row_bands;
 mod splats;
+mod surfels;
 mod texture;
 mod transform;
 mod transmission;
@@ -54,6 +55,7 @@ pub use splats::rotation_rows;
 pub use splats::{
     LEAST_SPLAT_OPACITY, MAX_SPLAT_SCALE, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder,
 };
+pub use surfels::estimate_surfels;
 pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
 pub use texture::{LevelLayout, level_size};
 pub use transform::Transform;
@@ -419,11 +421,11 @@ impl Scene {
     pub fn bounds(&self) -> Bounds {
         self.bounds_with(SplatCloud::bounds)
     }
-    /// [`Scene::bounds`] without the parts a camera need not show: splats that are hardly opaque, and the few that lie
-    /// far from all others.
+    /// [`Scene::bounds`] without the parts a camera need not show: splats that are hardly opaque, the few that lie far
+    /// from all others, and strays of other kinds ([`Scene::crowd`]).
     #[must_use]
     pub fn shown_bounds(&self) -> Bounds {
-        self.bounds_with(SplatCloud::shown_bounds)
+        self.crowd().map_or_else(|| self.bounds_with(SplatCloud::shown_bounds), |crowd| crowd.bounds)
     }
     fn bounds_with(&self, of_splats: impl Fn(&SplatCloud) -> &Bounds) -> Bounds {
         let meshes = self.seen_instances().fold(Bounds::EMPTY, |all, i| {

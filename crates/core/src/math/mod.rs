@@ -29,6 +29,18 @@ mod tests;
 
 use lanes::Lanes;
 
+/// False if this thread's processor state flushes subnormal results or operands to zero, or rounds otherwise than to the
+/// nearest number.
+pub fn arithmetic_is_default() -> bool {
+    let smallest = std::hint::black_box(f32::MIN_POSITIVE);
+    let half = std::hint::black_box(smallest * 0.5);
+    let one = std::hint::black_box(1.0_f32);
+    let quarter_step = std::hint::black_box(f32::EPSILON * 0.25);
+    // Upwards, the sum would be more than 1; downwards or towards zero, the difference would be less.
+    let to_nearest = one + quarter_step == 1.0 && one - quarter_step == 1.0 && -one - quarter_step == -1.0;
+    half > 0.0 && half * 2.0 == smallest && to_nearest
+}
+
 macro_rules! twins {
     ($($(#[$doc:meta])* $module:ident::$name:ident($($arg:ident),+);)*) => {
         $(

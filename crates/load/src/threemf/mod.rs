@@ -11,12 +11,14 @@
 //! they put into such files.
 //!
 //! Slicers write what they print into files of their own beside the model: which parts only change the settings of
-//! others, and the colours of the filaments (`slicer.rs`). They also paint triangles with them (`paint.rs`).
+//! others, and the colours of the filaments (`slicer.rs`). They also paint triangles with them (`paint.rs`), and have
+//! several plates in a file, a printer's width apart, which are drawn side by side (`plates.rs`).
 mod beams;
 mod look;
 mod model;
 mod paint;
 mod parts;
+mod plates;
 mod property;
 mod slicer;
 mod xml;
@@ -94,6 +96,7 @@ fn load_in(
         everything: false,
     };
     builder.build()?;
+    builder.put_plates_side_by_side()?;
     let only_others = builder.left_out.keys().all(|&reason| reason == OTHER);
     if builder.scene.instances().is_empty() && only_others {
         builder.build_everything()?;
@@ -223,6 +226,12 @@ impl Builder<'_> {
     fn build(&mut self) -> Result<(), LoadError> {
         let Some(first) = self.package.models.first() else { return Ok(()) };
         self.build_all(first.unit, first.build.clone())
+    }
+
+    fn put_plates_side_by_side(&mut self) -> Result<(), LoadError> {
+        let Some(first) = self.package.models.first() else { return Ok(()) };
+        let plates = plates::of_items(&first.build, &self.settings);
+        if plates.is_empty() { Ok(()) } else { plates::arrange(&mut self.scene, &plates) }
     }
 
     /// Places every object that is no component of another, for want of anything that is to be built.

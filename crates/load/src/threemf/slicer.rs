@@ -1,9 +1,9 @@
 //! Settings of slicers beside the model: Slic3r and PrusaSlicer (`Metadata/Slic3r_PE*.config`), Bambu Studio and
 //! OrcaSlicer (`Metadata/model_settings.config`, `project_settings.config`).
 //!
-//! Two things of it change the picture: parts that are no objects but change how others are printed where they
-//! overlap them, and the filament that a part is printed with, whose colour it is shown in. All of it is optional: what
-//! cannot be read is as if it were not there.
+//! Three things of it change the picture: parts that are no objects but change how others are printed where they
+//! overlap them, the filament that a part is printed with, whose colour it is shown in, and the plates that items lie
+//! on. All of it is optional: what cannot be read is as if it were not there.
 
 use super::property::color;
 use super::xml::{Tag, Xml, index, text_of};
@@ -51,6 +51,8 @@ pub(super) struct Settings {
     objects: BTreeMap<u32, Settled>,
     /// Linear colours.
     filaments: Vec<[f32; 4]>,
+    /// Numbers of plates, by the object that an item builds and the number of items of it before.
+    plates: BTreeMap<(u32, u32), u32>,
 }
 
 /// Reason why a part of this kind is not drawn; `None` if it is drawn.
@@ -101,6 +103,9 @@ impl Settings {
         let mut xml = Xml::new(name, &text);
         xml.root(|xml, _| {
             xml.children(|xml, tag| {
+                if tag.name() == "plate" {
+                    return self.read_plate(xml, budget);
+                }
                 let ("object", Some(id)) = (tag.name(), tag.number("id")) else { return Ok(()) };
                 budget.charge(|| "3MF: the slicer's settings".to_owned(), 1, 256)?;
                 let mut settled = Settled::default();
@@ -129,6 +134,34 @@ impl Settings {
                 Ok(())
             })
         })
+    }
+
+    /// `<plate><metadata key="plater_id" value="1"/><model_instance>...</model_instance></plate>`.
+    fn read_plate(&mut self, xml: &mut Xml<'_>, budget: &mut Budget) -> Result<(), LoadError> {
+        // Without a number it comes after those before.
+        let mut plate = self.plates.values().max().map_or(1, |last| last.saturating_add(1));
+        let mut items = Vec::new();
+        xml.children(|xml, tag| {
+            budget.charge(|| "3MF: the slicer's settings".to_owned(), 1, 64)?;
+            match tag.name() {
+                "metadata" => value_of(tag, "plater_id", &mut plate),
+                "model_instance" => {
+                    let (mut object, mut instance) = (0, 0);
+                    xml.children(|_, tag| {
+                        value_of(tag, "object_id", &mut object);
+                        value_of(tag, "instance_id", &mut instance);
+                        Ok(())
+                    })?;
+                    items.push((object, instance));
+                }
+                _ => {}
+            }
+            Ok(())
+        })?;
+        for item in items {
+            self.plates.entry(item).or_insert(plate);
+        }
+        Ok(())
     }
 
     fn read_filaments(
@@ -161,6 +194,17 @@ impl Settings {
         Part { left_out, extruder: extruder.or(printed_by), owner: of.owner }
     }
 
+    /// True if items lie on different plates.
+    pub(super) fn has_plates(&self) -> bool {
+        let mut plates = self.plates.values();
+        plates.next().is_some_and(|first| plates.any(|plate| plate != first))
+    }
+
+    /// The plate of an item: its object, and the number of items of that object before it.
+    pub(super) fn plate(&self, object: u32, instance: u32) -> Option<u32> {
+        self.plates.get(&(object, instance)).copied()
+    }
+
     /// The volumes of an object with a mesh of its own.
     pub(super) fn volumes(&self, id: u32) -> &[Volume] {
         self.objects.get(&id).map_or(&[], |settled| &settled.volumes)
@@ -176,6 +220,13 @@ impl Settings {
 fn extruder(tag: &Tag<'_>, out: &mut Option<u32>) {
     if tag.attribute("key").as_deref() == Some("extruder") {
         *out = tag.number("value").filter(|&extruder| extruder > 0);
+    }
+}
+
+/// `<metadata key="KEY" value="2"/>`.
+fn value_of(tag: &Tag<'_>, key: &str, out: &mut u32) {
+    if tag.attribute("key").as_deref() == Some(key) {
+        *out = tag.number("value").unwrap_or(*out);
     }
 }
 

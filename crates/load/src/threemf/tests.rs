@@ -623,3 +623,60 @@ fn limits_hold() {
     let error = load_model(&model(&objects, "<item objectid=\"31\"/>")).unwrap_err().to_string();
     assert!(error.contains("the number of placed objects"), "{error}");
 }
+
+/// Projects of Bambu Studio have plates, a printer's width apart.
+#[test]
+fn plates_of_a_project_are_side_by_side() {
+    let item = |object: u32, x: f64, y: f64| {
+        format!("<item objectid=\"{object}\" transform=\"1 0 0 0 1 0 0 0 1 {x} {y} 0\"/>")
+    };
+    let text = model(
+        &format!("<object id=\"1\">{}</object><object id=\"2\">{0}</object>", plain_mesh()),
+        &[item(1, 100.0, 90.0), item(1, 407.2, 95.0), item(2, 80.0, -217.2), item(2, 120.0, -217.2)].concat(),
+    );
+    let entry = |object: u32, instance: u32| {
+        format!(
+            "<model_instance><metadata key=\"object_id\" value=\"{object}\"/>\
+             <metadata key=\"instance_id\" value=\"{instance}\"/></model_instance>"
+        )
+    };
+    let plate = |number: u32, items: &[String]| {
+        format!("<plate><metadata key=\"plater_id\" value=\"{number}\"/>{}</plate>", items.concat())
+    };
+    let three = [
+        plate(2, &[entry(1, 1)]),
+        plate(1, &[entry(1, 0)]),
+        plate(3, &[entry(2, 0), entry(2, 1)]),
+        plate(4, &[]),
+    ];
+    let places = |plates: &[String]| -> Vec<[f64; 3]> {
+        let config = format!("<config>{}</config>", plates.concat());
+        let parts =
+            [("3D/3dmodel.model", text.as_bytes()), ("Metadata/model_settings.config", config.as_bytes())];
+        let loaded = load_with(&zip(&parts, true), &Limits::default()).unwrap();
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        let millimetres = |row: &[f64; 4]| 1000.0 * row[3];
+        let instances = loaded.scene.instances().iter();
+        // In the file's frame: Z is up.
+        let place = |rows: &[[f64; 4]; 3]| {
+            let [x, y, z] = [0, 1, 2].map(|k| millimetres(&rows[k]));
+            [x, -z, y]
+        };
+        instances.map(|instance| place(instance.transform.rows())).collect()
+    };
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-6);
+    let found = places(&three);
+    // The third plate is 50 mm wide; plates are 5 mm apart, and the second row begins behind the first.
+    let expected = [[100.0, 90.0, 0.0], [115.0, 90.0, 0.0], [100.0, 55.0, 0.0], [140.0, 55.0, 0.0]];
+    for (found, expected) in found.iter().zip(expected) {
+        assert!(near(*found, expected), "{found:?} {expected:?}");
+    }
+    // A single plate stays as it is, and so does a file that says nothing.
+    let one = plate(1, &[entry(1, 0), entry(1, 1), entry(2, 0), entry(2, 1)]);
+    for plates in [&[one][..], &[]] {
+        assert!(near(places(plates)[3], [120.0, -217.2, 0.0]), "{plates:?}");
+    }
+    // What lies on none is by itself.
+    let found = places(&three[..2]);
+    assert!(near(found[0], [100.0, 90.0, 0.0]) && found[2][1] > 0.0, "{found:?}");
+}

@@ -1,8 +1,11 @@
 //! Fit of the camera to the visible parts of scenes.
 
 use super::Framing;
+use super::discs::{Disc, Discs};
 use super::extent::{self, Extent};
-use crate::{Bounds, Camera, Mesh, MeshId, Projection, Scene, SplatCloud, Transform};
+use crate::{
+    Bounds, Camera, Mesh, MeshId, PrimitiveKind, Projection, Revision, Scene, SplatCloud, Transform,
+};
 use glam::DVec3;
 
 /// Finds the camera that fits several scenes, for pictures that follow each other: poses of one model, or a model that
@@ -14,6 +17,8 @@ pub struct Fit {
     /// Centre of the first scene that is not empty: origin of all measures.
     center: [f64; 3],
     reach: Reach,
+    /// Crowd of the scene of this name.
+    crowd: Option<(Revision, Option<Bounds>)>,
 }
 
 impl Fit {
@@ -22,10 +27,10 @@ impl Fit {
     pub fn new(framing: Framing) -> Self {
         let center = [0.0; 3];
         let reach = Reach::new(framing.axes(), center, framing.tangents());
-        Self { framing, bounds: Bounds::EMPTY, center, reach }
+        Self { framing, bounds: Bounds::EMPTY, center, reach, crowd: None }
     }
 
-    /// Takes in a scene.
+    /// Takes in a scene: of one whose strays make it look much larger than it is, its crowd ([`Scene::crowd`]).
     pub fn include(&mut self, scene: &Scene) {
         self.include_moved(scene, &Transform::IDENTITY);
     }
@@ -34,10 +39,14 @@ impl Fit {
     pub fn include_moved(&mut self, scene: &Scene, by: &Transform) {
         // Numbers that overflow there cannot be drawn either.
         let placed = |transform: &Transform| by.after(transform).unwrap_or(*transform);
-        let bounds = scene.seen_instances().fold(Bounds::EMPTY, |all, instance| {
-            let mesh = &scene.meshes()[instance.mesh.index()];
-            all.union(&mesh.bounds().transformed(&placed(&instance.transform)))
-        });
+        let crowd = self.crowd_of(scene);
+        let bounds = match &crowd {
+            Some(crowd) => crowd.transformed(by),
+            None => scene.seen_instances().fold(Bounds::EMPTY, |all, instance| {
+                let mesh = &scene.meshes()[instance.mesh.index()];
+                all.union(&mesh.bounds().transformed(&placed(&instance.transform)))
+            }),
+        };
         let bounds = scene.splat_instances().iter().fold(bounds, |all, instance| {
             let cloud = &scene.splats()[instance.cloud.index()];
             all.union(&cloud.shown_bounds().transformed(&placed(&instance.transform)))
@@ -53,7 +62,14 @@ impl Fit {
         let mut used: Option<(MeshId, Option<Vec<bool>>)> = None;
         for instance in scene.seen_instances() {
             let mesh = &scene.meshes()[instance.mesh.index()];
-            let measures = self.reach.measures(&placed(&instance.transform));
+            let transform = placed(&instance.transform);
+            if mesh.kind() == PrimitiveKind::Points && Discs::count_in(mesh) {
+                let discs = Discs::new(mesh, &transform);
+                let counts = |p| crowd.is_none_or(|crowd| crowd.contains(instance.transform.point(p)));
+                self.reach.visit_discs(&discs, counts);
+                continue;
+            }
+            let measures = self.reach.measures(&transform);
             let bounds = mesh.bounds();
             if bounds.is_empty() || !self.reach.grows(&measures, bounds) {
                 continue;
@@ -63,7 +79,13 @@ impl Fit {
                 used = Some((instance.mesh, mesh.used_vertices()));
             }
             let used = used.as_ref().and_then(|(_, used)| used.as_deref());
-            self.reach.visit(&measures, mesh, used);
+            match &crowd {
+                None => self.reach.visit(&measures, mesh, used),
+                Some(crowd) => {
+                    let inside = inside(crowd, mesh, &instance.transform, used);
+                    self.reach.visit(&measures, mesh, Some(&inside));
+                }
+            }
         }
         for instance in scene.splat_instances() {
             let cloud = &scene.splats()[instance.cloud.index()];
@@ -71,10 +93,23 @@ impl Fit {
         }
     }
 
+    /// Box of the crowd of a scene, found once for all that follow in which it does not change.
+    fn crowd_of(&mut self, scene: &Scene) -> Option<Bounds> {
+        let revision = scene.revision();
+        match self.crowd {
+            Some((known, crowd)) if known == revision => crowd,
+            _ => {
+                let crowd = scene.crowd().map(|crowd| crowd.bounds);
+                self.crowd = Some((revision, crowd));
+                crowd
+            }
+        }
+    }
+
     /// The camera closest to the scenes that has every vertex of each in the picture, as [`Framing::camera`].
     #[must_use]
     pub fn camera(self) -> Camera {
-        let Self { framing, bounds, center, mut reach } = self;
+        let Self { framing, bounds, center, mut reach, .. } = self;
         let size = bounds.size();
         let diagonal = (size[0] * size[0] + size[1] * size[1] + size[2] * size[2]).sqrt();
         let magnitude = center.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -117,6 +152,13 @@ impl Fit {
         let near = ((distance - near) * 0.5).max(extent * 1e-4) as f32;
         Camera::new(single(eye), single(target), single(axis_y), projection, near)
     }
+}
+
+/// Mask of the vertices of a mesh that count and lie in a box of the world.
+fn inside(bounds: &Bounds, mesh: &Mesh, transform: &Transform, used: Option<&[bool]>) -> Vec<bool> {
+    let lies_inside = |p: &[f32; 3]| bounds.contains(transform.point(p.map(f64::from)));
+    let places = mesh.positions().iter().enumerate();
+    places.map(|(k, p)| used.is_none_or(|used| used[k]) && lies_inside(p)).collect()
 }
 
 /// Smallest extent in metres of a model that is framed as it is.
@@ -169,6 +211,30 @@ impl Reach {
                 }
             }
         }
+    }
+
+    /// Takes in the discs that points are drawn as, of those that count by their positions in the mesh.
+    fn visit_discs(&mut self, discs: &Discs<'_>, counts: impl Fn([f64; 3]) -> bool) {
+        let world = self.measures(&Transform::IDENTITY);
+        discs.for_each(|place, Disc { center, radius, normal }| {
+            // Most discs lie among others.
+            let around = Bounds { min: center.map(|v| v - radius), max: center.map(|v| v + radius) };
+            if !self.grows(&world, &around) || !counts(place) {
+                return;
+            }
+            let half = |k: usize| {
+                let d = DVec3::from(world.0[k].0);
+                let across = d.dot(d) - d.dot(normal) * d.dot(normal);
+                if across > 0.0 { radius * across.sqrt() } else { 0.0 }
+            };
+            for (k, plane) in self.planes.iter_mut().enumerate() {
+                let m = world.of(k, center) + half(k);
+                *plane = if m > *plane { m } else { *plane };
+            }
+            let (depth, half) = (world.of(4, center), half(4));
+            self.depth[0] = if depth - half < self.depth[0] { depth - half } else { self.depth[0] };
+            self.depth[1] = if depth + half > self.depth[1] { depth + half } else { self.depth[1] };
+        });
     }
 
     /// Takes in the splats of an instance that a picture is to show.

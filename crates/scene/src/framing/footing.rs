@@ -45,8 +45,11 @@ impl Scene {
 
     /// Box around the visible vertices, and around the part of splats that a camera is to show.
     /// [`Scene::shown_bounds`] is that around the boxes of instances, which reach far beyond them where they are
-    /// turned.
+    /// turned. Strays do not count, as in [`Scene::crowd`].
     pub fn tight_bounds(&self) -> Bounds {
+        if let Some(crowd) = self.crowd() {
+            return crowd.bounds;
+        }
         let mut all = Bounds::EMPTY;
         for instance in self.splat_instances() {
             let cloud = &self.splats()[instance.cloud.index()];

@@ -1,6 +1,7 @@
 //! The automatic camera: up axis and front of a scene, its visible parts, and a view that fits it.
 
-mod crowd;
+pub(crate) mod crowd;
+mod discs;
 pub(crate) mod extent;
 mod facing;
 mod fit;
@@ -111,7 +112,8 @@ impl Framing {
     }
 
     /// The camera closest to the scene along [`Framing::direction`] that still has every vertex in the picture,
-    /// with the margin. An empty scene is seen as if it were a unit cube, a single point likewise.
+    /// with the margin, and every point with the disc that it is drawn as. Strays that make a scene look much larger than it
+    /// is do not count: see [`Scene::crowd`]. An empty scene is seen as if it were a unit cube, a single point likewise.
     #[must_use]
     pub fn camera(&self, scene: &Scene) -> Camera {
         let mut fit = Fit::new(*self);

@@ -7,13 +7,11 @@ mod chunk;
 mod clip;
 mod lines;
 mod points;
-mod surfels;
 mod vertex;
 mod view;
 
 pub use chunk::{Chunk, ChunkJob, ClippedPiece, TRIANGLES_PER_CHUNK, process_chunk};
 pub use lines::process_lines;
 pub use points::{PointView, process_points};
-pub use surfels::estimate_surfels;
 pub use vertex::{ScreenVertex, ScreenVertexSlice, ScreenVertices, VERTICES_PER_CHUNK, transform_vertices};
 pub use view::{DrawView, View};

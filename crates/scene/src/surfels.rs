@@ -16,11 +16,15 @@
 //! diagonal, discs have [`MARKER`] pixels; below 1/10, which a ball of 200 points is, they have the radius above, and [`SURFACE`] pixels are the least; in
 //! between both change linearly.
 //!
+//! A cloud that fills space is a blob if its discs close. Where one in five points has no normal, radii shrink to [`APART`] of that
+//! distance, from a median of 1/100 of the diagonal to 3/100, which are some ten thousand points.
+//!
 //! Everything is a function of the positions alone: cells are found in double precision, sums run in the order of the
 //! sorted cells, and crowded cells are looked at in fixed strides.
 
+use crate::framing::crowd::crowd_of;
+use crate::{Bounds, Mesh, Surfels, Transform};
 use overcoat_core::jobs::Jobs;
-use overcoat_scene::{Mesh, Surfels};
 
 /// Rank of the neighbour whose distance is the radius.
 const NEIGHBOUR: usize = 6;
@@ -33,6 +37,12 @@ const MARKER: f32 = 1.5;
 
 /// Least radius in pixels of points of a surface: no smaller than what falls between samples.
 const SURFACE: f32 = 0.6;
+
+/// Medians over the diagonal up to which a cloud that fills space is a solid, and from which on its points are apart, with
+/// radii of this part of the distance to the sixth neighbour.
+const DENSE: f64 = 0.01;
+const SPARSE: f64 = 0.03;
+const APART: f32 = 0.25;
 
 /// Points in a cell that has any.
 const CROWD: f64 = 4.0;
@@ -65,7 +75,10 @@ pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
     if positions.len() < 3 || positions.len() >= 1 << POINT_BITS || mesh.bounds().is_empty() {
         return markers;
     }
-    let Some(grid) = Grid::of(mesh) else { return markers };
+    // Strays do not decide how fine the cells are, nor what is sparse.
+    let crowd = crowd_of(&[(mesh, &Transform::IDENTITY)]);
+    let bounds = crowd.map_or(*mesh.bounds(), |crowd| crowd.bounds);
+    let Some(grid) = Grid::of(positions, &bounds) else { return markers };
     let cloud = Cloud::new(positions, grid);
     let own = mesh.normals();
     let is_none = |normal: &[f32; 3]| *normal == [0.0; 3];
@@ -95,18 +108,30 @@ pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
     let Some(median) = median(&radii) else {
         return Surfels { normals, ..markers };
     };
-    let [width, height, depth] = mesh.bounds().size();
+    let [width, height, depth] = bounds.size();
     let diagonal = (width * width + height * height + depth * depth).sqrt();
     let part = f64::from(median) / diagonal;
     // 0 for surfaces, 1 for markers.
     let scatter = ((part - 0.1) / 0.1).clamp(0.0, 1.0) as f32;
-    let factor = 1.0 - scatter;
+    let factor = (1.0 - scatter) * volume_factor(&normals, part);
     for radius in &mut radii {
         // A point by itself is as large as the others.
         let own = if *radius >= 0.0 { *radius } else { median };
         *radius = factor * if own < OUTLIER * median { own } else { OUTLIER * median };
     }
     Surfels { radii, normals, least_radius: SURFACE + (MARKER - SURFACE) * scatter }
+}
+
+/// Factor for the radii of a cloud that fills space, as one in five of its points has no plane or more (of those at random in
+/// a cube a third has none, of those on a ball none): discs that close a surface would
+/// be a blob there, unless the points are as dense as those of a solid. `part`: the median radius over the diagonal.
+fn volume_factor(normals: &[[f32; 3]], part: f64) -> f32 {
+    let without = normals.iter().filter(|normal| **normal == NO_NORMAL).count();
+    if 5 * without <= normals.len() {
+        return 1.0;
+    }
+    let sparse = ((part - DENSE) / (SPARSE - DENSE)).clamp(0.0, 1.0) as f32;
+    1.0 - (1.0 - APART) * sparse
 }
 
 /// The median of the radii that are known, unless it is 0.
@@ -128,9 +153,9 @@ struct Grid {
 }
 
 impl Grid {
-    /// A grid with [`CROWD`] points in each cell that has any, about; `None` for points in one place.
-    fn of(mesh: &Mesh) -> Option<Self> {
-        let (positions, bounds) = (mesh.positions(), mesh.bounds());
+    /// A grid with [`CROWD`] points in each cell that has any, about; `None` for points in one place. Points beyond the
+    /// bounds are in the outermost cells.
+    fn of(positions: &[[f32; 3]], bounds: &Bounds) -> Option<Self> {
         let mut size = bounds.size();
         size.sort_by(f64::total_cmp);
         let [_, side, longest] = size;
@@ -167,7 +192,7 @@ impl Grid {
     fn cell(&self, position: [f32; 3]) -> u64 {
         let along = |k: usize| {
             let cell = (f64::from(position[k]) - self.corner[k]) * self.density;
-            // Not negative; conversions saturate.
+            // Conversions saturate: what is negative is in the first.
             u64::from((cell as u32).min(LAST))
         };
         along(0) | along(1) << CELL_BITS | along(2) << (2 * CELL_BITS)
@@ -467,7 +492,7 @@ fn plane_normal([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<[f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overcoat_scene::{MeshData, PrimitiveKind};
+    use crate::{MeshData, PrimitiveKind};
 
     fn surfels(positions: Vec<[f32; 3]>) -> Surfels {
         let data = MeshData { positions, kind: PrimitiveKind::Points, ..MeshData::default() };
@@ -556,6 +581,40 @@ mod tests {
         let cube = surfels((0..20_000).map(|_| [next(), next(), next()]).collect());
         let none = cube.normals.iter().filter(|n| **n == [0.0; 3]).count();
         assert!(none > 10_000, "{none}");
-        assert!(cube.radii.iter().all(|r| *r > 0.01 && *r < 0.15));
+        // About a sixth of the way from apart to closed.
+        assert!(cube.radii.iter().all(|r| *r > 0.005 && *r < 0.15));
+    }
+
+    #[test]
+    fn sparse_volumes_are_no_blobs_and_dense_ones_have_no_holes() {
+        let mut state = 1_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 16_777_216.0
+        };
+        let mut median_of = |count: usize| {
+            let found = surfels((0..count).map(|_| [next(), next(), next()]).collect());
+            // Expected distance to the sixth of so many neighbours in a unit cube, but for its sides.
+            let mut closed = 0.01_f32;
+            while closed * closed * closed * 4.19 * (count as f32) < 6.0 {
+                closed *= 1.01;
+            }
+            median(&found.radii).unwrap() / closed
+        };
+        let sparse = [1000, 3000].map(&mut median_of);
+        assert!(sparse.iter().all(|part| (0.2..0.35).contains(part)), "{sparse:?}");
+        let dense = median_of(300_000);
+        assert!((0.8..1.2).contains(&dense), "{dense}");
+        // Surfaces as sparse are closed.
+        let ball: Vec<[f32; 3]> = (0..1000)
+            .map(|k| {
+                let y = 1.0 - (k as f32 + 0.5) / 500.0;
+                let (sin, cos) = overcoat_core::math::double::sin_cos(f64::from(k) * 2.399_963);
+                let r = (1.0 - y * y).sqrt();
+                [r * cos as f32, y, r * sin as f32]
+            })
+            .collect();
+        let found = median(&surfels(ball).radii).unwrap();
+        assert!((0.1..0.2).contains(&found), "{found}");
     }
 }
