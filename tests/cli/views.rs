@@ -277,3 +277,36 @@ fn lights_that_leave_nothing_but_white_are_named_and_metered() {
     );
     assert!(film["exposure"].as_f64().unwrap() < -4.0, "{film}");
 }
+
+/// A model that stands on the axis that is not usual is turned with a word about it, and no warning.
+#[test]
+fn models_that_evidently_stand_are_turned_with_a_note() {
+    let folder = folder();
+    let folder = folder.path();
+    fs::write(folder.join("y.obj"), boxes(&COW, |p| p)).unwrap();
+    fs::write(folder.join("z.obj"), boxes(&COW, |[x, y, z]| [x, -z, y])).unwrap();
+    let note = "+z of the file is up by the shape of the model; --up +y has it as usual in its format\n";
+    let said = |args: &[&str]| {
+        let all = [&["render"], args, &["--size", "48x40", "-o", "out.png"]].concat();
+        let out = overcoat(folder, &all);
+        assert!(out.status.success(), "{out:?}");
+        stderr(&out)
+    };
+    assert_eq!(said(&["z.obj"]), note);
+    for silent in [&["z.obj", "--up", "+y"][..], &["z.obj", "--up", "+z"], &["z.obj", "--quiet"], &["y.obj"]]
+    {
+        assert_eq!(said(silent), "", "{silent:?}");
+    }
+    let found = render(folder, &["z.obj"]);
+    let given = render(folder, &["z.obj", "--up", "+z"]);
+    assert_eq!((&found["up_axis"], &found["up_is_by_shape"]), (&json!("+z"), &json!(true)));
+    assert_eq!((&given["up_is_by_shape"], &found["warnings"]), (&json!(false), &json!([])));
+    assert_eq!(found["frame_hash"], given["frame_hash"]);
+    assert_eq!(found["frame_hash"], render(folder, &["y.obj"])["frame_hash"]);
+    let info = |args: &[&str]| String::from_utf8(overcoat(folder, args).stdout).unwrap();
+    let text = info(&["info", "z.obj"]);
+    assert!(text.contains("+z of the file is up by the shape of the model, -y its front"), "{text}");
+    assert!(info(&["info", "z.obj", "--up", "y"]).contains("+y of the file is up, +z its front"));
+    let [by_shape, as_usual] = ["z.obj", "y.obj"].map(|file| report(folder, &["info", file]));
+    assert_eq!((&by_shape["up_is_by_shape"], &as_usual["up_is_by_shape"]), (&json!(true), &json!(false)));
+}

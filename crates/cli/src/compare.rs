@@ -25,6 +25,8 @@ struct Report {
     exposure: f32,
     /// Axis of the model file that is up.
     up_axis: &'static str,
+    /// It is not the usual axis of the file's format, but the one on which the model stands.
+    up_is_by_shape: bool,
     camera: CameraReport,
     models: Vec<ModelReport>,
     warnings: Vec<String>,
@@ -147,6 +149,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     let [width, height] = sheet.size();
     sheet.write()?;
     task.finish(&warnings);
+    task.note_up(scene.orientation());
     if task.json {
         report::print_json(&Report {
             width,
@@ -154,6 +157,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
             against: args.against.name(),
             exposure: task.display.exposure,
             up_axis: scene.orientation().up.name(),
+            up_is_by_shape: scene.orientation().up_is_by_shape,
             camera: CameraReport::new(&camera, &scene),
             models: reports,
             warnings: warnings.iter().map(ToString::to_string).collect(),

@@ -24,6 +24,8 @@ struct Contents {
     format: Option<&'static str>,
     /// Axis of the file that is up, and +Y of everything here.
     up_axis: &'static str,
+    /// It is not the usual axis of the format, but the one on which the model stands.
+    up_is_by_shape: bool,
     /// Axis of the file to which the model's front is taken to face, and +Z of everything here.
     front_axis: &'static str,
     /// The format says so of its front; else it is what most files have.
@@ -183,6 +185,7 @@ impl Contents {
             lines: scene.count_of(PrimitiveKind::Lines),
             points: scene.count_of(PrimitiveKind::Points),
             up_axis: orientation.up.name(),
+            up_is_by_shape: orientation.up_is_by_shape,
             front_axis: orientation.front().name(),
             front_is_known: orientation.front_is_known,
             vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
@@ -226,7 +229,9 @@ impl Contents {
             );
         }
         let guess = if self.front_is_known { "" } else { " (the format does not say)" };
-        let _ = writeln!(out, "  {} of the file is up, {} its front{}", self.up_axis, self.front_axis, guess);
+        let shape = if self.up_is_by_shape { " by the shape of the model" } else { "" };
+        let (up, front) = (self.up_axis, self.front_axis);
+        let _ = writeln!(out, "  {up} of the file is up{shape}, {front} its front{guess}");
         if let Some(Extent { min, max }) = &self.bounds {
             let [w, h, d]: [f64; 3] = std::array::from_fn(|k| max[k] - min[k]);
             let point = |p: &[f64; 3]| format!("({})", p.map(|v| format!("{v:.6}")).join(", "));

@@ -11,7 +11,7 @@ use overcoat_core::limits::Limits;
 use overcoat_description::ground_name;
 use overcoat_load::Warning;
 use overcoat_render::Renderer;
-use overcoat_scene::{Bounds, Camera, Scene};
+use overcoat_scene::{Bounds, Camera, Orientation, Scene};
 
 /// As many frames as fit best, at least one.
 pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
@@ -32,8 +32,8 @@ pub(super) struct MovieFrames {
     /// Warning about a tint that some frame so far cannot show.
     tint: Option<Warning>,
     shading: &'static str,
-    /// Axis of the model file that is up.
-    up_axis: &'static str,
+    /// Axes of the model file.
+    orientation: Orientation,
     /// Camera of the first frame.
     camera: Option<CameraReport>,
 }
@@ -63,7 +63,7 @@ impl MovieFrames {
             coverage,
             tint,
             shading: "",
-            up_axis: "",
+            orientation: Orientation::default(),
             camera: None,
         })
     }
@@ -98,7 +98,7 @@ impl MovieFrames {
             self.warnings.extend(clipped(scene, &self.task.display_of(scene), clipping));
             // The exposure metered in the first frame holds for all.
             self.task.display = self.task.display.clone().with_exposure(exposure).with_meter(false);
-            self.up_axis = scene.orientation().up.name();
+            self.orientation = scene.orientation();
             self.camera = Some(CameraReport::new(camera, scene));
         }
         self.movie.show_as(self.task.display_of(scene));
@@ -129,7 +129,7 @@ impl MovieFrames {
     /// # Errors
     /// [`Failure`] if they cannot be encoded or written; no file is left then.
     pub(super) fn finish(self, mut warnings: Vec<Warning>) -> Result<(), Failure> {
-        let Self { mut task, movie, frames, frames_a_second, shading, up_axis, camera, .. } = self;
+        let Self { mut task, movie, frames, frames_a_second, shading, orientation, camera, .. } = self;
         warnings.extend(self.warnings);
         warnings.extend(self.tint);
         match self.coverage.transpose() {
@@ -142,6 +142,7 @@ impl MovieFrames {
         task.progress.stage("encoding");
         let (bytes, frames_hash) = movie.finish(frames_a_second)?;
         task.finish(&warnings);
+        task.note_up(orientation);
         if !task.json {
             return Ok(());
         }
@@ -160,7 +161,8 @@ impl MovieFrames {
             shade_everywhere: task.options.shade_everywhere,
             shading,
             exposure: task.display.exposure,
-            up_axis,
+            up_axis: orientation.up.name(),
+            up_is_by_shape: orientation.up_is_by_shape,
             camera,
             peak_rss_bytes: report::peak_rss_bytes(),
             warnings: warnings.iter().map(ToString::to_string).collect(),

@@ -142,6 +142,7 @@ pub(super) fn carry_out(
     task.progress.finish();
     stages.time("write", || encoded.write())?;
     task.finish(&warnings);
+    task.note_up(scene.orientation());
     let Pixels::Frame(frame) = pixels else { return Ok(()) };
     if !task.json {
         return Ok(());

@@ -31,6 +31,8 @@ pub(super) struct RenderReport {
     exposure: Option<f32>,
     /// Axis of the model file that is up.
     up_axis: &'static str,
+    /// It is not the usual axis of the file's format, but the one on which the model stands.
+    up_is_by_shape: bool,
     camera: CameraReport,
     triangles: u64,
     triangles_rasterized: u64,
@@ -91,6 +93,7 @@ impl RenderReport {
             threads: of.threads,
             exposure: (!of.format.is_linear()).then_some(of.exposure),
             up_axis: of.scene.orientation().up.name(),
+            up_is_by_shape: of.scene.orientation().up_is_by_shape,
             camera: CameraReport::new(of.camera, of.scene),
             triangles: stats.triangles,
             triangles_rasterized: stats.triangles_rasterized,

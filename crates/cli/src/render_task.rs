@@ -5,7 +5,7 @@ use super::embedded::Embedded;
 use super::failure::Failure;
 use super::input::{self, ModelSource};
 use super::progress::Progress;
-use super::report::{Reporter, Stages};
+use super::report::{self, Reporter, Stages};
 use overcoat_core::frame::{Clipping, Frame};
 use overcoat_core::frame::{DisplayImage, DisplayOptions};
 use overcoat_core::jobs::Jobs;
@@ -14,7 +14,7 @@ use overcoat_description::{Description, EnvironmentChoice, Machine, Materials, S
 use overcoat_image::output::OutputFormat;
 use overcoat_load::{Loaded, Warning};
 use overcoat_render::{Background, RenderOptions, RenderStats, Rendered, RenderedImage, Renderer};
-use overcoat_scene::{Camera, Scene};
+use overcoat_scene::{Camera, Orientation, Scene};
 use std::fmt::Display;
 use std::path::PathBuf;
 
@@ -304,6 +304,13 @@ impl RenderTask {
     pub(super) fn finish(&mut self, warnings: &[Warning]) {
         self.progress.finish();
         warnings.iter().for_each(|warning| self.reporter.warning(warning));
+    }
+
+    /// Says so if a model stands on another axis than is usual in files of its format.
+    pub(super) fn note_up(&self, orientation: Orientation) {
+        if let Some(note) = report::note_of_up(orientation) {
+            self.reporter.note(note);
+        }
     }
 
     /// A warning that is about one of several models.

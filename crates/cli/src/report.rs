@@ -4,7 +4,7 @@ use super::camera_report::CameraReport;
 use super::failure::{Failure, one_line};
 use overcoat_core::jobs::Jobs;
 use overcoat_render::Visibility;
-use overcoat_scene::{Scene, ShadingModel};
+use overcoat_scene::{Axis, Orientation, Scene, ShadingModel};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::fmt::Display;
@@ -46,6 +46,18 @@ impl Reporter {
             let _ = writeln!(std::io::stderr(), "warning: {}", one_line(&message.to_string()));
         }
     }
+}
+
+/// A line about a model that stands on another axis than is usual in files of its format, where nobody has said which is up.
+pub(super) fn note_of_up(orientation: Orientation) -> Option<String> {
+    let usual = if orientation.up == Axis::PositiveY { Axis::PositiveZ } else { Axis::PositiveY };
+    let [up, usual] = [orientation.up, usual].map(Axis::name);
+    let note = || {
+        format!(
+            "{up} of the file is up by the shape of the model; --up {usual} has it as usual in its format"
+        )
+    };
+    orientation.up_is_by_shape.then(note)
 }
 
 /// Writes to standard output.
@@ -207,6 +219,8 @@ pub(super) struct MovieReport {
     pub(super) exposure: f32,
     /// Axis of the model file that is up.
     pub(super) up_axis: &'static str,
+    /// It is not the usual axis of the file's format, but the one on which the model stands.
+    pub(super) up_is_by_shape: bool,
     /// Camera of the first frame.
     pub(super) camera: Option<CameraReport>,
     pub(super) peak_rss_bytes: Option<u64>,

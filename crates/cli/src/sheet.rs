@@ -35,6 +35,8 @@ struct CellReport {
     exposure: Option<f32>,
     /// Axis of the model file that is up.
     up_axis: Option<&'static str>,
+    /// It is not the usual axis of the file's format, but the one on which the model stands.
+    up_is_by_shape: Option<bool>,
     camera: Option<CameraReport>,
     triangles: Option<u64>,
     error: Option<String>,
@@ -128,7 +130,12 @@ fn render_cell(
     report.warnings.extend(coverage.map(|warning| warning.to_string()));
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.exposure = Some(display.exposure);
-    report.up_axis = Some(scene.orientation().up.name());
+    let orientation = scene.orientation();
+    report.up_axis = Some(orientation.up.name());
+    report.up_is_by_shape = Some(orientation.up_is_by_shape);
+    if let Some(note) = report::note_of_up(orientation) {
+        task.reporter.note(format_args!("{}: {note}", report.file));
+    }
     report.camera = Some(CameraReport::new(&camera, scene));
     report.triangles = Some(rendered.stats.triangles);
     let what = content(scene, &rendered.stats);

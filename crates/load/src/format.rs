@@ -58,9 +58,10 @@ impl Format {
         self.file_format().extensions.first().copied().unwrap_or_default()
     }
 
-    /// Axis of its files that is up, and knowledge of their front: glTF is +Y up and faces +Z by its specification
+    /// Usual axis of its files that is up, and knowledge of their front: glTF is +Y up and faces +Z by its specification
     /// (avatars of VRM 0 face -Z, as their files say); 3MF is +Z up by its own, and STL by the custom of printing;
-    /// slicers show both from -Y. OBJ and PLY say nothing: most are +Y up.
+    /// slicers show both from -Y. OBJ and PLY say nothing: most are +Y up. A model of OBJ, PLY or STL that evidently stands on the
+    /// other axis is turned, unless [`LoadOptions::up`](super::LoadOptions::up) says which is up.
     #[must_use]
     pub fn orientation(self) -> Orientation {
         match self {
@@ -68,6 +69,11 @@ impl Format {
             Self::Stl | Self::ThreeMf => Orientation { up: Axis::PositiveZ, ..Orientation::default() },
             Self::Obj | Self::Ply => Orientation { front_is_known: false, ..Orientation::default() },
         }
+    }
+
+    /// True if its files are of one up axis by its specification, and not by custom alone.
+    pub(super) fn defines_up(self) -> bool {
+        matches!(self, Self::Gltf | Self::Glb | Self::ThreeMf)
     }
 
     /// The format with this file extension (without the dot, in any case).

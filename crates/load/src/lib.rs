@@ -66,6 +66,7 @@ mod tangents;
 mod text;
 #[cfg(feature = "3mf")]
 mod threemf;
+mod upright;
 mod utf16;
 mod vertices;
 mod warnings;
@@ -102,7 +103,7 @@ use input::Input;
 use overcoat_core::files::check_size;
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
-use overcoat_scene::{Axis, Orientation, Scene};
+use overcoat_scene::{Axis, Scene};
 use packed::Unpacked;
 use std::path::Path;
 
@@ -404,8 +405,7 @@ fn read_unpacked(
         None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     };
     let mut loaded: Loaded = loaded?;
-    let of_format = format.map(Format::orientation).unwrap_or_default();
-    let of_file = Orientation { up: loaded.up.unwrap_or(of_format.up), ..of_format };
-    loaded.scene.stand_up(options.orientation(of_file));
+    let orientation = upright::orientation(&loaded, format, options);
+    loaded.scene.stand_up(orientation);
     Ok((Model::Still(Box::new(loaded)), format))
 }

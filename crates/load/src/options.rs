@@ -12,8 +12,9 @@ pub struct LoadOptions {
     /// Animation of a glTF file. Default: none, which is the pose in which the file stores its nodes.
     pub animation: Option<AnimationChoice>,
     /// Axis of the model file that is up. The model with its lights and cameras is turned, without a loss, so that this
-    /// axis is +Y of the scene and its [`Axis::front`] +Z. Default:
-    /// [`Format::orientation`](super::Format::orientation).
+    /// axis is +Y of the scene and its [`Axis::front`] +Z. Default: that of
+    /// [`Format::orientation`](super::Format::orientation); for OBJ, PLY and STL, which leave it to custom, the other one of +Y
+    /// and +Z if the model evidently stands on it ([`Orientation::up_is_by_shape`]).
     pub up: Option<Axis>,
     /// Time at which the images of textures are decoded. Default: while the file is loaded.
     pub textures: TextureLoading,

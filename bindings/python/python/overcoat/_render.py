@@ -185,7 +185,7 @@ def load(source: Any, /, **options: Any) -> _overcoat.Model:
 
     Args:
         source: What `render` takes.
-        up: Axis that is up in the file, such as `+z`; what its format has if `None`.
+        up: Axis that is up in the file, such as `+z`; what its format has, or the model's shape says, if `None`.
         animation: Name or number of an animation; with `time` in seconds and `loop`.
         format: Of bytes whose content does not tell: `glb`, `gltf`, `obj`, `stl`, `ply`, `3mf`.
         limits: Bounds on what the file may ask for, by name.

@@ -1,5 +1,6 @@
 //! The automatic camera: up axis and front of a scene, its visible parts, and a view that fits it.
 
+mod convex_hull;
 pub(crate) mod crowd;
 mod discs;
 pub(crate) mod extent;
@@ -9,7 +10,9 @@ mod footing;
 mod front;
 pub(crate) mod orientation;
 mod origin;
+mod rest;
 pub(crate) mod seen;
+mod upright;
 
 pub use crowd::Crowd;
 pub use fit::Fit;

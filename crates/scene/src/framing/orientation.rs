@@ -118,12 +118,15 @@ pub struct Orientation {
     pub front_is_known: bool,
     /// True for a file whose model faces away from [`Axis::front`], as avatars of VRM 0 do: it is turned by half a turn.
     pub is_turned: bool,
+    /// True if `up` is not the usual axis of the file's format, but the one on which the model stands by its shape:
+    /// [`Scene::up_by_shape`](crate::Scene::up_by_shape).
+    pub up_is_by_shape: bool,
 }
 
 impl Default for Orientation {
     /// Orientation of glTF, and of scenes that no file describes.
     fn default() -> Self {
-        Self { up: Axis::PositiveY, front_is_known: true, is_turned: false }
+        Self { up: Axis::PositiveY, front_is_known: true, is_turned: false, up_is_by_shape: false }
     }
 }
 

@@ -1,0 +1,209 @@
+//! Poses in which a body rests: its contact with a floor, its centre of mass and its symmetry.
+
+use super::convex_hull::ConvexHull;
+
+/// Coordinates of a point.
+type Point = [f64; 3];
+
+/// Corners of a triangle.
+pub(super) type Triangle = [Point; 3];
+
+/// Thickness of what counts as touching the floor, in sizes of the body, and at most in four of its heights.
+const CONTACT: f64 = 0.02;
+
+/// Distance from zero of a bottom that lies on the floor of its file, in heights.
+const ON_FLOOR: f64 = 0.02;
+
+/// Height or depth of a plate, in sizes of the body.
+const PLATE: f64 = 0.3;
+
+/// Depth of the centre of mass in the contact, in sides of a square as large as the footprint, at which a body stands.
+const STANDS: f64 = 0.02;
+
+/// The same at which it stands firmly.
+const STANDS_FIRMLY: f64 = 0.1;
+
+/// Share of the footprint that is contact below a body that stands firmly.
+const FIRM: f64 = 0.5;
+
+/// The same below a plate.
+const FULL: f64 = 0.8;
+
+/// Cells of the grid for symmetry, along each axis.
+const CELLS: usize = 24;
+
+/// Samples on triangles for symmetry, at most and about.
+const SAMPLES: usize = 1 << 19;
+
+/// A body of triangles.
+#[derive(Debug)]
+pub(super) struct Body<'a> {
+    triangles: &'a [Triangle],
+    min: Point,
+    max: Point,
+    /// Centre of mass of the surface.
+    center: Point,
+    /// Largest side of its box.
+    size: f64,
+}
+
+/// Contact of a body with a floor.
+struct Contact {
+    /// Its share of the footprint, 0 to 1.
+    share: f64,
+    /// Depth of the centre of mass in it, negative outside, in sides of a square as large as the footprint.
+    depth: f64,
+}
+
+impl<'a> Body<'a> {
+    /// A body in a box. `None` if a number is not finite, or the box or the surface is flat.
+    pub(super) fn new(triangles: &'a [Triangle], [min, max]: [Point; 2]) -> Option<Self> {
+        let (mut center, mut area) = ([0.0; 3], 0.0);
+        for triangle in triangles {
+            let own = doubled_area(triangle);
+            area += own;
+            for k in 0..3 {
+                center[k] += own * (triangle[0][k] + triangle[1][k] + triangle[2][k]);
+            }
+        }
+        let center = center.map(|v| v / (3.0 * area));
+        let sides: [f64; 3] = std::array::from_fn(|k| max[k] - min[k]);
+        let is_solid = area > 0.0 && sides.iter().all(|side| *side > 0.0 && side.is_finite());
+        let size = sides.iter().fold(0.0, |size, side| if *side > size { *side } else { size });
+        (is_solid && center.iter().all(|v| v.is_finite())).then_some(Self {
+            triangles,
+            min,
+            max,
+            center,
+            size,
+        })
+    }
+
+    /// True if the evidence is strong that the axis `other` (0 to 2) is up, and not the `usual` one.
+    ///
+    /// There are two kinds. The file has a floor: the body stands on the plane through zero across the other axis, and
+    /// that across the usual one cuts it. Or the body falls: its centre of mass is not above its contact in the usual
+    /// pose, and far inside a large one in the other. Plates that stand on an edge, or lie on their face, stay as they are.
+    pub(super) fn stands_on_other(&self, other: usize, usual: usize) -> bool {
+        let is_thin = |axis: usize| self.side(axis) < PLATE * self.size;
+        if is_thin(other) && !is_thin(usual) {
+            return false;
+        }
+        let floor = self.is_on_floor(other) && self.crosses_floor(usual);
+        let may_fall = !is_thin(other) && !self.is_on_floor(usual);
+        if !(floor || may_fall) {
+            return false;
+        }
+        let [on_other, on_usual] = [other, usual].map(|axis| self.contact(axis));
+        if is_thin(usual) && !is_thin(other) && on_usual.depth > STANDS && on_usual.share > FULL {
+            return false;
+        }
+        // Mirrors are upright, so that a body is less alike along its height.
+        if floor && on_other.depth > STANDS && self.asymmetry(other) >= 0.5 * self.asymmetry(usual) {
+            return true;
+        }
+        let is_firm = on_other.depth > STANDS_FIRMLY && on_other.share > FIRM;
+        may_fall && is_firm && on_usual.depth < 0.0
+    }
+
+    /// Side of the box along an axis.
+    fn side(&self, axis: usize) -> f64 {
+        self.max[axis] - self.min[axis]
+    }
+
+    /// True if the plane through zero touches its lower end.
+    fn is_on_floor(&self, axis: usize) -> bool {
+        self.min[axis].abs() < ON_FLOOR * self.side(axis)
+    }
+
+    /// True if the plane through zero has some of it on both sides.
+    fn crosses_floor(&self, axis: usize) -> bool {
+        let least = ON_FLOOR * self.side(axis);
+        self.min[axis] < -least && self.max[axis] > least
+    }
+
+    /// Contact with a floor across the axis, at the lower end.
+    fn contact(&self, axis: usize) -> Contact {
+        let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
+        let flat = |p: &Point| [p[a], p[b]];
+        let footprint = ConvexHull::around(self.triangles.iter().flatten().map(flat).collect()).area();
+        let height = 4.0 * self.side(axis);
+        let top = self.min[axis] + CONTACT * if height < self.size { height } else { self.size };
+        let mut points = Vec::new();
+        for triangle in self.triangles.iter().filter(|t| t.iter().any(|p| p[axis] <= top)) {
+            for (p, q) in [(0, 1), (1, 2), (2, 0)].map(|(p, q)| (&triangle[p], &triangle[q])) {
+                if p[axis] <= top {
+                    points.push(flat(p));
+                }
+                if (p[axis] <= top) != (q[axis] <= top) {
+                    let share = (top - p[axis]) / (q[axis] - p[axis]);
+                    points.push([a, b].map(|k| p[k] + share * (q[k] - p[k])));
+                }
+            }
+        }
+        let hull = ConvexHull::around(points);
+        Contact { share: hull.area() / footprint, depth: hull.depth(flat(&self.center)) / footprint.sqrt() }
+    }
+
+    /// Share of the surface that has no counterpart in the mirror across the middle of its box, 0 to 1.
+    fn asymmetry(&self, axis: usize) -> f64 {
+        let grid = self.grid();
+        let (mut sum, mut all) = (0.0, 0.0);
+        for (number, surface) in grid.iter().enumerate() {
+            let mut cell = [number % CELLS, number / CELLS % CELLS, number / (CELLS * CELLS)];
+            cell[axis] = CELLS - 1 - cell[axis];
+            all += surface;
+            sum += (surface - grid[index(cell)]).abs();
+        }
+        sum / (2.0 * all)
+    }
+
+    /// Surface in the cells of a cube around its box.
+    fn grid(&self) -> Vec<f64> {
+        let most = (SAMPLES / self.triangles.len().max(1)).isqrt().clamp(1, 32);
+        let mut grid = vec![0.0; CELLS * CELLS * CELLS];
+        let scale = CELLS as f64 / self.size;
+        for [a, b, c] in self.triangles {
+            let [ab, ac]: [Point; 2] = [b, c].map(|p| std::array::from_fn(|k| p[k] - a[k]));
+            let bc = std::array::from_fn(|k| c[k] - b[k]);
+            let longest = [ab, ac, bc].iter().map(length).fold(0.0, |l, v| if v > l { v } else { l });
+            // Parts of an edge, about as long as two thirds of a cell. A cast saturates.
+            let parts = ((1.5 * scale * longest).ceil() as usize).clamp(1, most);
+            let own = doubled_area(&[*a, *b, *c]) / (parts * parts) as f64;
+            let mut add = |u: f64, v: f64| {
+                grid[index(std::array::from_fn(|k| {
+                    let from_middle = a[k] + u * ab[k] + v * ac[k] - 0.5 * (self.min[k] + self.max[k]);
+                    let cell = from_middle * scale + 0.5 * CELLS as f64;
+                    (cell as usize).min(CELLS - 1)
+                }))] += own;
+            };
+            for i in 0..parts {
+                for j in 0..parts - i {
+                    // Centres of the triangles into which it is divided, half of which are upside down.
+                    let at = |k: usize, o: f64| (k as f64 + o / 3.0) / parts as f64;
+                    add(at(i, 1.0), at(j, 1.0));
+                    if i + j + 1 < parts {
+                        add(at(i, 2.0), at(j, 2.0));
+                    }
+                }
+            }
+        }
+        grid
+    }
+}
+
+/// Number of a cell.
+fn index([x, y, z]: [usize; 3]) -> usize {
+    (z * CELLS + y) * CELLS + x
+}
+
+/// Length of a vector.
+fn length([x, y, z]: &Point) -> f64 {
+    (x * x + y * y + z * z).sqrt()
+}
+
+/// Twice the area of a triangle.
+fn doubled_area([a, b, c]: &Triangle) -> f64 {
+    let [u, v]: [Point; 2] = [b, c].map(|p| std::array::from_fn(|k| p[k] - a[k]));
+    length(&[u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
+}
