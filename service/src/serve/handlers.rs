@@ -1,4 +1,4 @@
-//! Requests for pictures, and for descriptions of models.
+//! Requests for pictures.
 
 use super::accept;
 use super::answer::{Wishes, respond};
@@ -12,12 +12,10 @@ use super::pipeline as operations;
 use super::render::{Asked, picture};
 use super::source::Source;
 use super::upload::Upload;
-use crate::files::Files;
 use axum::body::Body;
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, Uri, header};
-use axum::response::{IntoResponse, Response};
-use bytes::Bytes;
+use axum::http::{HeaderMap, Uri, header};
+use axum::response::Response;
 use overcoat::output::OutputFormat;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -41,7 +39,8 @@ pub async fn pipeline(State(app): State<Arc<App>>, request: Request) -> Result<R
     answer_body(&app, request, options).await
 }
 
-fn of_query(app: &App, uri: &Uri) -> Result<Options, Problem> {
+/// Options of a query.
+pub(super) fn of_query(app: &App, uri: &Uri) -> Result<Options, Problem> {
     of_pairs(form_urlencoded::parse(uri.query().unwrap_or_default().as_bytes()), &app.rules)
 }
 
@@ -85,12 +84,14 @@ async fn answer_body(
     Ok(respond(app, &wishes, &answer))
 }
 
-async fn receive(app: &App, body: Body, headers: &HeaderMap) -> Result<Upload, Problem> {
+/// Model of a body.
+pub(super) async fn receive(app: &App, body: Body, headers: &HeaderMap) -> Result<Upload, Problem> {
     let (bytes, held) = app.bodies.read(body, headers).await?;
     Upload::new(headers, bytes, held).await
 }
 
-fn settle(upload: &mut Upload, options: &Options) -> Result<(), Problem> {
+/// Checks that a body is a model, and settles the name of its file.
+pub(super) fn settle(upload: &mut Upload, options: &Options) -> Result<(), Problem> {
     let told = options.name.as_deref();
     media::check(&upload.model, told.unwrap_or(&upload.name), upload.media_type.as_deref())?;
     upload.settle_name(told);
@@ -125,7 +126,7 @@ pub async fn path(State(app): State<Arc<App>>, request: Request) -> Result<Respo
 }
 
 /// Request of a path, if it is signed; `before` stands before the signature.
-fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
+pub(super) fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
     let whole = uri.path_and_query().map_or("", |path| path.as_str());
     let whole = whole.strip_prefix(before).unwrap_or(whole);
     let none = || Problem::new(Kind::NotFound, "there is nothing at this path");
@@ -139,8 +140,8 @@ fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
 }
 
 /// Opens a source, unless it has failed a short while ago.
-async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
-    // No name of other work has a space.
+pub(super) async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
+    // No name of other work begins so.
     let name = format!("source {source}");
     if let Some(problem) = app.failures.of(&name, Instant::now()) {
         app.metrics.remembered();
@@ -171,54 +172,4 @@ async fn read(app: &App, source: &str) -> Result<(Source, Held), Problem> {
     }
     held.shrink(source.model.len() as u64);
     Ok((source, held))
-}
-
-/// `POST /info`
-///
-/// # Errors
-/// [`Problem`].
-pub async fn info(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
-    let (parts, body) = request.into_parts();
-    let options = match of_query(&app, &parts.uri) {
-        Ok(options) => options,
-        Err(problem) => {
-            app.bodies.turn_away(body, &parts.headers).await;
-            return Err(problem);
-        }
-    };
-    let mut upload = receive(&app, body, &parts.headers).await?;
-    settle(&mut upload, &options)?;
-    let Upload { name, model, files, held, .. } = upload;
-    inspect(&app, name, model, Arc::new(files), held).await
-}
-
-/// `GET /info/{signature}/plain/{source}`
-///
-/// # Errors
-/// [`Problem`].
-pub async fn info_of_path(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
-    let asked = signed(&app, request.uri(), "/info")?;
-    let (Source { name, model, files }, held) = open(&app, &asked.source).await?;
-    inspect(&app, name, model, files, held).await
-}
-
-async fn inspect(
-    app: &Arc<App>,
-    name: String,
-    model: Bytes,
-    files: Arc<dyn Files>,
-    held: Held,
-) -> Result<Response, Problem> {
-    let place = app.gate.enter()?;
-    let app = Arc::clone(app);
-    // As for pictures, a worker finishes its work.
-    let work = tokio::spawn(async move {
-        let turn = app.gate.turn().await?;
-        let contents = app.pool.inspect(&name, &model, files.as_ref()).await;
-        drop((turn, place, held));
-        contents.map_err(Problem::from)
-    });
-    let contents = work.await.map_err(|e| Problem::new(Kind::Worker, e.to_string()))??;
-    let json = HeaderValue::from_static("application/json");
-    Ok(([(header::CONTENT_TYPE, json)], contents).into_response())
 }

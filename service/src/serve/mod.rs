@@ -16,6 +16,7 @@ mod fetch;
 mod flight;
 mod gate;
 mod handlers;
+mod inspect;
 mod listen;
 mod media;
 mod metrics;

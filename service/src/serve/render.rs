@@ -104,7 +104,11 @@ pub async fn picture(
     Ok(Answer::Picture(picture, if shared { "shared" } else { from }))
 }
 
-async fn hash(model: &Bytes) -> Result<String, Problem> {
+/// BLAKE3 of a model.
+///
+/// # Errors
+/// [`Kind::Worker`] if the thread that hashes ends.
+pub(super) async fn hash(model: &Bytes) -> Result<String, Problem> {
     if model.len() <= HASHED_AT_ONCE {
         return Ok(hash_of(model));
     }

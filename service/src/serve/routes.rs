@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::error::{Kind, Problem, Told};
-use super::{handlers, pages};
+use super::{handlers, inspect, pages};
 use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, Method, header};
@@ -25,14 +25,14 @@ pub fn router(app: &Arc<App>) -> Router {
         .route("/health", get(pages::health))
         .route("/ready", get(pages::ready))
         .route("/metrics", get(pages::metrics))
-        .route("/info/{signature}/{*rest}", get(handlers::info_of_path))
+        .route("/info/{signature}/{*rest}", get(inspect::of_path))
         .route("/{signature}/{*rest}", get(handlers::path));
     if !app.args.signed_only {
         router = router
             .route("/", get(pages::page))
             .route("/render", post(handlers::render))
             .route("/pipeline", post(handlers::pipeline))
-            .route("/info", post(handlers::info));
+            .route("/info", post(inspect::of_body));
     }
     router
         .fallback(|| async { Problem::new(Kind::NotFound, "there is nothing at this path") })

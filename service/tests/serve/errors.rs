@@ -264,6 +264,39 @@ fn failures_are_remembered_and_forgotten() {
     assert!(!service.post("/render?size=16", broken).headers.contains_key("retry-after"));
 }
 
+/// So do questions about a model, for which another worker would be asked in vain.
+#[test]
+fn failures_of_descriptions_are_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let broken = &model("rounded-cube.glb")[..300];
+    std::fs::write(folder.path().join("broken.glb"), broken).unwrap();
+    let local = folder.path().to_str().unwrap();
+    let service = start(&["--failure-seconds", "600", "--allow-unsigned", "--local", local]);
+    let remembered = || service.metric("overcoat_failures_remembered_total");
+    let first = service.post("/info", broken);
+    let told = first.error(422);
+    assert_eq!((told.0.as_str(), first.headers.contains_key("retry-after")), ("model", false));
+    let again = service.post("/info", broken);
+    assert_eq!(again.error(422), told);
+    assert!(again.headers["retry-after"].parse::<u64>().unwrap() > 500);
+    assert_eq!(remembered(), 1.0);
+    // Pictures of it, another name of its format, and another model are other work.
+    assert!(!service.post("/render?size=16", broken).headers.contains_key("retry-after"));
+    assert!(!service.post("/info?name=a.obj", broken).headers.contains_key("retry-after"));
+    assert_eq!(service.post("/info", &model("rounded-cube.glb")).status, 200);
+    assert_eq!(remembered(), 1.0);
+    // So is the source of a path.
+    for retry in [false, true] {
+        let answer = service.get("/info/_/plain/local://broken.glb");
+        assert_eq!(answer.error(422).0, "model");
+        assert_eq!(answer.headers.contains_key("retry-after"), retry);
+    }
+    assert_eq!(remembered(), 2.0);
+    service.signal("HUP");
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(!service.post("/info", broken).headers.contains_key("retry-after"));
+}
+
 #[test]
 fn sources_that_fail_are_told() {
     let port = source_server(|path, _| match path {
