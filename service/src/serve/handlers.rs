@@ -11,7 +11,9 @@ use super::path;
 use super::pipeline as operations;
 use super::render::{Asked, picture};
 use super::source::Source;
+use super::trace::Trace;
 use super::upload::Upload;
+use axum::Extension;
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, Uri, header};
@@ -25,18 +27,26 @@ use url::form_urlencoded;
 ///
 /// # Errors
 /// [`Problem`].
-pub async fn render(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+pub async fn render(
+    State(app): State<Arc<App>>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+) -> Result<Response, Problem> {
     let options = of_query(&app, request.uri());
-    answer_body(&app, request, options).await
+    answer_body(&app, trace, request, options).await
 }
 
 /// `POST /pipeline?operations=[...]`, as Imaginary has it.
 ///
 /// # Errors
 /// [`Problem`].
-pub async fn pipeline(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+pub async fn pipeline(
+    State(app): State<Arc<App>>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+) -> Result<Response, Problem> {
     let options = operations::read(request.uri().query().unwrap_or_default(), &app.rules);
-    answer_body(&app, request, options).await
+    answer_body(&app, trace, request, options).await
 }
 
 /// Options of a query.
@@ -47,6 +57,7 @@ pub(super) fn of_query(app: &App, uri: &Uri) -> Result<Options, Problem> {
 /// The picture of a model that comes as a body.
 async fn answer_body(
     app: &Arc<App>,
+    trace: Arc<Trace>,
     request: Request,
     options: Result<Options, Problem>,
 ) -> Result<Response, Problem> {
@@ -70,7 +81,8 @@ async fn answer_body(
     }
     let (format, negotiated) = format(app, &options, &parts.headers)?;
     let request = options.request(format, &app.rules)?;
-    settle(&mut upload, &options)?;
+    trace.options(&options, &request);
+    settle(&trace, &mut upload, &options)?;
     let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated };
     let asked = Asked {
         identity: upload.identity(),
@@ -78,6 +90,7 @@ async fn answer_body(
         model: upload.model,
         files: Arc::new(upload.files),
         request,
+        trace,
         held: upload.held,
     };
     let answer = picture(app, asked, |key| wishes.has(key)).await?;
@@ -91,8 +104,9 @@ pub(super) async fn receive(app: &App, body: Body, headers: &HeaderMap) -> Resul
 }
 
 /// Checks that a body is a model, and settles the name of its file.
-pub(super) fn settle(upload: &mut Upload, options: &Options) -> Result<(), Problem> {
+pub(super) fn settle(trace: &Trace, upload: &mut Upload, options: &Options) -> Result<(), Problem> {
     let told = options.name.as_deref();
+    trace.upload(told.unwrap_or(&upload.name));
     media::check(&upload.model, told.unwrap_or(&upload.name), upload.media_type.as_deref())?;
     upload.settle_name(told);
     Ok(())
@@ -113,14 +127,19 @@ fn format(app: &App, options: &Options, headers: &HeaderMap) -> Result<(OutputFo
 ///
 /// # Errors
 /// [`Problem`].
-pub async fn path(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+pub async fn path(
+    State(app): State<Arc<App>>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+) -> Result<Response, Problem> {
     let (parts, _) = request.into_parts();
     let asked = signed(&app, &parts.uri, "")?;
     let (format, negotiated) = format(&app, &asked.options, &parts.headers)?;
     let request = asked.options.request(format, &app.rules)?;
-    let (Source { name, model, files }, held) = open(&app, &asked.source).await?;
+    trace.options(&asked.options, &request);
+    let (Source { name, model, files }, held) = open(&app, &trace, &asked.source).await?;
     let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated };
-    let asked = Asked { name, model, files, identity: asked.source, request, held };
+    let asked = Asked { name, model, files, identity: asked.source, request, trace, held };
     let answer = picture(&app, asked, |key| wishes.has(key)).await?;
     Ok(respond(&app, &wishes, &answer))
 }
@@ -140,7 +159,8 @@ pub(super) fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, 
 }
 
 /// Opens a source, unless it has failed a short while ago.
-pub(super) async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
+pub(super) async fn open(app: &App, trace: &Trace, source: &str) -> Result<(Source, Held), Problem> {
+    trace.source(source);
     // No name of other work begins so.
     let name = format!("source {source}");
     if let Some(problem) = app.failures.of(&name, Instant::now()) {
@@ -149,6 +169,9 @@ pub(super) async fn open(app: &App, source: &str) -> Result<(Source, Held), Prob
     }
     let opened = read(app, source).await;
     app.failures.note(&name, opened.as_ref().err(), Instant::now());
+    if let Ok((source, _)) = &opened {
+        trace.fetched(source.model.len());
+    }
     opened
 }
 

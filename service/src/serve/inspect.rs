@@ -6,7 +6,10 @@ use super::error::{Kind, Problem};
 use super::handlers::{of_query, open, receive, settle, signed};
 use super::render::hash;
 use super::source::Source;
+use super::trace::Trace;
+use super::upload::Upload;
 use crate::files::Files;
+use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -24,6 +27,8 @@ struct Inspected {
     files: Arc<dyn Files>,
     /// Identity of the files, which tells them from those of another request.
     identity: String,
+    /// Its trace.
+    trace: Arc<Trace>,
     /// Its bytes, counted.
     #[expect(dead_code, reason = "kept, not looked at")]
     held: Held,
@@ -33,7 +38,11 @@ struct Inspected {
 ///
 /// # Errors
 /// [`Problem`].
-pub async fn of_body(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+pub async fn of_body(
+    State(app): State<Arc<App>>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     let options = match of_query(&app, &parts.uri) {
         Ok(options) => options,
@@ -43,10 +52,11 @@ pub async fn of_body(State(app): State<Arc<App>>, request: Request) -> Result<Re
         }
     };
     let mut upload = receive(&app, body, &parts.headers).await?;
-    settle(&mut upload, &options)?;
+    settle(&trace, &mut upload, &options)?;
     let identity = upload.identity();
-    let files = Arc::new(upload.files);
-    let asked = Inspected { name: upload.name, model: upload.model, files, identity, held: upload.held };
+    let files = Arc::new(std::mem::take(&mut upload.files));
+    let Upload { name, model, held, .. } = upload;
+    let asked = Inspected { name, model, files, identity, trace, held };
     inspect(&app, asked).await
 }
 
@@ -54,15 +64,20 @@ pub async fn of_body(State(app): State<Arc<App>>, request: Request) -> Result<Re
 ///
 /// # Errors
 /// [`Problem`].
-pub async fn of_path(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+pub async fn of_path(
+    State(app): State<Arc<App>>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+) -> Result<Response, Problem> {
     let asked = signed(&app, request.uri(), "/info")?;
-    let (Source { name, model, files }, held) = open(&app, &asked.source).await?;
-    inspect(&app, Inspected { name, model, files, identity: asked.source, held }).await
+    let (Source { name, model, files }, held) = open(&app, &trace, &asked.source).await?;
+    inspect(&app, Inspected { name, model, files, identity: asked.source, trace, held }).await
 }
 
 /// Lets a worker describe a model, unless that has failed a short while ago.
 async fn inspect(app: &Arc<App>, asked: Inspected) -> Result<Response, Problem> {
     let hash = hash(&asked.model).await?;
+    asked.trace.model(&hash);
     // No name of other work begins so. Without files beside it the name of a model says its format alone.
     let work = format!("info {hash}/{}/{}", asked.name, asked.identity);
     if let Some(problem) = app.failures.of(&work, Instant::now()) {
@@ -73,13 +88,17 @@ async fn inspect(app: &Arc<App>, asked: Inspected) -> Result<Response, Problem> 
     let app = Arc::clone(app);
     // As for pictures, a worker finishes its work.
     let contents = tokio::spawn(async move {
+        let begun = Instant::now();
         let turn = app.gate.turn().await?;
+        asked.trace.queue(begun.elapsed());
         let mut contents = describe(&app, &asked).await;
         // Once, as for pictures.
         if matches!(&contents, Err(problem) if problem.was_killed) {
             contents = describe(&app, &asked).await;
         }
         app.failures.note(&work, contents.as_ref().err(), Instant::now());
+        app.metrics.worked(asked.trace.meter.time());
+        asked.trace.worked();
         drop((turn, place));
         contents
     });
@@ -89,5 +108,5 @@ async fn inspect(app: &Arc<App>, asked: Inspected) -> Result<Response, Problem> 
 }
 
 async fn describe(app: &App, asked: &Inspected) -> Result<Vec<u8>, Problem> {
-    Ok(app.pool.inspect(&asked.name, &asked.model, asked.files.as_ref()).await?)
+    Ok(app.pool.inspect(&asked.name, &asked.model, asked.files.as_ref(), &asked.trace.meter).await?)
 }

@@ -21,7 +21,7 @@ fn equal_requests_are_drawn_once() {
         all.into_iter().map(|one| one.join().unwrap().unwrap().png(700, 700).to_vec()).collect();
     assert!(bodies.windows(2).all(|two| two[0] == two[1]));
     assert_eq!(service.metric("overcoat_render_seconds_count{stage=\"load\"}"), 1.0);
-    assert_eq!(service.log().matches("\"from\":\"shared\"").count(), 5);
+    assert_eq!(service.log().matches("\"result\":\"shared\"").count(), 5);
 }
 
 #[test]
