@@ -234,12 +234,12 @@ fn work_of_a_killed_worker_is_done_by_another() {
     let service = start(&["--deadline", "100"]);
     let address = service.address;
     let asked = std::thread::spawn(move || {
-        let query = "/render?size=900&quality=best&samples=16";
+        let query = "/render?size=400&quality=good&samples=16";
         crate::service::ask(address, "POST", query, &[], &model("torus-knot.glb")).unwrap()
     });
     service.wait_for("overcoat_workers_busy", 1.0);
     service.workers().into_iter().for_each(|id| crate::service::send_signal("KILL", id));
-    asked.join().unwrap().png(900, 900);
+    asked.join().unwrap().png(400, 400);
     assert_eq!(service.metric("overcoat_workers_died_total"), 1.0);
 }
 

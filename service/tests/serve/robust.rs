@@ -55,7 +55,9 @@ fn who_goes_away_takes_nothing_from_others() {
 
 #[test]
 fn the_end_loses_no_request() {
-    let mut service = start(&["--workers", "2", "--queue", "64"]);
+    // However slow this machine is.
+    let mut service =
+        start(&["--workers", "2", "--queue", "64", "--queue-seconds", "1000", "--stop-seconds", "1000"]);
     let cube = model("rounded-cube.glb");
     let all: Vec<_> = (0..24)
         .map(|k| {
