@@ -5,7 +5,7 @@ use super::report::{ErrorKind, Previous, Record, RecordError, Report, Status, Wr
 use crate::files::{Files, Needed};
 use crate::key::{Keys, hash_of};
 use crate::place::{Place, PlaceFiles};
-use crate::pool::{DrawnPicture, PictureFile, Pool};
+use crate::pool::{DrawnPicture, Meter, PictureFile, Pool};
 use bytes::Bytes;
 use overcoat_cli::worker::protocol::{Missing, Work};
 use serde_json::Value;
@@ -142,7 +142,8 @@ impl Batch {
         let fail_all = |error: RecordError| {
             pictures.iter().try_for_each(|wanted| self.fail(job.item, wanted, error.clone()))
         };
-        let loaded = match self.pool.load(&work, &job.model, &job.files).await {
+        let meter = Meter::default();
+        let loaded = match self.pool.load(&work, &job.model, &job.files, &meter).await {
             Ok(loaded) => loaded,
             Err(error) => return fail_all(error.into()),
         };
@@ -299,7 +300,8 @@ impl Batch {
     ) -> Result<(), RecordError> {
         let pictures = vec![wanted.request.clone()];
         let work = Work { name: job.item.name.clone(), pictures, waits: true };
-        let loaded = self.other.load(&work, &job.model, &job.files).await?;
+        let meter = Meter::default();
+        let loaded = self.other.load(&work, &job.model, &job.files, &meter).await?;
         let (drawn, _) = loaded.draw(&[0]).await?;
         let again = drawn.into_iter().next().and_then(|(_, picture)| picture.ok());
         let same = again.is_some_and(|again| {

@@ -81,6 +81,12 @@ impl TimeBudget {
         }
     }
 
+    /// Processor time that the worker has spent since it began; `None` where the system does not tell it.
+    pub(super) fn spent(&self) -> Option<Duration> {
+        let (id, end) = self.process?;
+        Some((processor_time(id)? + self.limits.processor).saturating_sub(end))
+    }
+
     /// Waits for something, as long as there is time.
     ///
     /// # Errors

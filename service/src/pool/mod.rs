@@ -1,9 +1,11 @@
 //! Workers: processes that draw, a fixed number of them, each replaced when it has served, died, hung or grown too large.
 
 mod budget;
+mod meter;
 mod process;
 
 pub use budget::{TimeLimit, TimeLimits};
+pub use meter::Meter;
 pub use process::Death;
 
 use crate::files::{Files, Needed};
@@ -114,7 +116,7 @@ impl Pool {
         self.options.workers.max(1).saturating_sub(self.permits.available_permits())
     }
 
-    /// Waits for a worker and lets it load a model, whose files come from `files`.
+    /// Waits for a worker and lets it load a model, whose files come from `files`; `meter` learns the time that it takes.
     ///
     /// # Errors
     /// [`WorkError`].
@@ -123,8 +125,9 @@ impl Pool {
         work: &Work,
         model: &[u8],
         files: &'a dyn Files,
+        meter: &'a Meter,
     ) -> Result<Loaded<'a>, WorkError> {
-        let mut loaded = self.begin(files).await?;
+        let mut loaded = self.begin(files, meter).await?;
         let work = Work { waits: true, ..work.clone() };
         loaded.send(&ToWorker::Work(work), model).await?;
         match loaded.next().await? {
@@ -146,8 +149,14 @@ impl Pool {
     ///
     /// # Errors
     /// [`WorkError`].
-    pub async fn inspect(&self, name: &str, model: &[u8], files: &dyn Files) -> Result<Vec<u8>, WorkError> {
-        let mut inspected = self.begin(files).await?;
+    pub async fn inspect(
+        &self,
+        name: &str,
+        model: &[u8],
+        files: &dyn Files,
+        meter: &Meter,
+    ) -> Result<Vec<u8>, WorkError> {
+        let mut inspected = self.begin(files, meter).await?;
         inspected.send(&ToWorker::Inspect { name: name.to_owned() }, model).await?;
         let mut contents = None;
         loop {
@@ -167,13 +176,15 @@ impl Pool {
     }
 
     /// Waits for a worker.
-    async fn begin<'a>(&'a self, files: &'a dyn Files) -> Result<Loaded<'a>, WorkError> {
+    async fn begin<'a>(&'a self, files: &'a dyn Files, meter: &'a Meter) -> Result<Loaded<'a>, WorkError> {
         // It is never closed.
         let permit = self.permits.acquire().await.map_err(|e| WorkError::NoWorker(e.to_string()))?;
         let budget = TimeBudget::new(self.options.time);
         let process = self.process(&budget).await?;
         let budget = budget.of_process(process.id());
-        Ok(Loaded { pool: self, process: Some(process), files, needed: Vec::new(), budget, _permit: permit })
+        meter.begin(process.id());
+        let process = Some(process);
+        Ok(Loaded { pool: self, process, files, needed: Vec::new(), budget, meter, _permit: permit })
     }
 
     /// An idle worker, or a new one.
@@ -216,6 +227,7 @@ pub struct Loaded<'a> {
     /// The files that the model refers to, in the order in which they were asked for.
     pub needed: Vec<Needed>,
     budget: TimeBudget,
+    meter: &'a Meter,
     _permit: SemaphorePermit<'a>,
 }
 
@@ -305,9 +317,17 @@ impl Loaded<'_> {
         }
     }
 
+    /// Takes the worker from this work, which has ended.
+    fn take(&mut self) -> Option<Process> {
+        let process = self.process.take();
+        // One that has ended by itself tells it as long as nobody has waited for its end.
+        self.meter.add(process.as_ref().and_then(|_| self.budget.spent()));
+        process
+    }
+
     /// Puts the worker back, if it may serve once more.
     fn reuse(&mut self) {
-        let Some(mut process) = self.process.take() else { return };
+        let Some(mut process) = self.take() else { return };
         process.works += 1;
         if process.works < self.pool.options.works_of_one {
             self.pool.idle.lock().unwrap_or_else(PoisonError::into_inner).push(process);
@@ -316,7 +336,7 @@ impl Loaded<'_> {
 
     async fn timed_out(&mut self, limit: TimeLimit) -> WorkError {
         self.pool.counters.timed_out.fetch_add(1, Relaxed);
-        if let Some(process) = self.process.take() {
+        if let Some(process) = self.take() {
             process.kill().await;
         }
         WorkError::TimedOut(limit)
@@ -324,7 +344,7 @@ impl Loaded<'_> {
 
     async fn ended(&mut self) -> WorkError {
         self.pool.counters.died.fetch_add(1, Relaxed);
-        match self.process.take() {
+        match self.take() {
             Some(process) => WorkError::Died(process.end().await),
             None => gone(),
         }
@@ -333,7 +353,7 @@ impl Loaded<'_> {
     /// A worker that does not keep to the protocol is none any more.
     async fn give_up(&mut self, what: &str) -> WorkError {
         self.pool.counters.died.fetch_add(1, Relaxed);
-        if let Some(process) = self.process.take() {
+        if let Some(process) = self.take() {
             process.kill().await;
         }
         WorkError::Died(Death::new(format!("the worker {what}")))

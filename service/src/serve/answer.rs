@@ -112,7 +112,8 @@ fn whole(
         set(headers, header::CONTENT_RANGE, &format!("bytes {first}-{}/{}", end - 1, picture.bytes.len()));
         *response.status_mut() = StatusCode::PARTIAL_CONTENT;
     }
-    let told = Told { key: Some(picture.key.clone()), from: Some(from), ..Told::default() };
+    let warnings = Some(picture.warnings.len());
+    let told = Told { key: Some(picture.key.clone()), from: Some(from), warnings, ..Told::default() };
     response.extensions_mut().insert(told);
     response
 }

@@ -10,6 +10,7 @@ use super::gate::Gate;
 use super::metrics::Metrics;
 use super::options::{Options, Rules};
 use super::path::options_of_preset;
+use super::recent::Recent;
 use super::sign::Signer;
 use super::source::Sources;
 use crate::common::Common;
@@ -45,6 +46,8 @@ pub struct App {
     pub flights: Flights<Outcome>,
     /// Work and sources that failed a short while ago.
     pub failures: Failures,
+    /// Requests of a short while ago.
+    pub recent: Arc<Recent>,
     /// Pictures that were drawn.
     pub cache: Cache,
     /// Counters and histograms.
@@ -85,6 +88,7 @@ impl App {
             gate: Gate::new(args.workers(), args.queue, seconds(args.queue_seconds)),
             flights: Flights::default(),
             failures: Failures::new(seconds(args.failure_seconds)),
+            recent: Arc::default(),
             cache: Cache::new(args.cache.as_deref(), args.cache_bytes, Arc::clone(&metrics))
                 .map_err(|e| format!("--cache {e}"))?,
             metrics,

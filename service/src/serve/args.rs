@@ -1,7 +1,7 @@
 //! The options of `overcoat serve`.
 
 use crate::batch::args::bytes;
-use clap::Args;
+use clap::{Arg, Args};
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
 use overcoat_cli::value_parsers::within;
 use std::net::SocketAddr;
@@ -10,6 +10,7 @@ use std::path::PathBuf;
 /// `overcoat serve`
 #[derive(Debug, Args)]
 #[command(
+    mut_arg("cache", of_one_process),
     after_help = "Every option can also be given by a variable of the environment (OVERCOAT_ and its name in capitals, as \
 OVERCOAT_MAX_SIZE) and by a key of the configuration file (max_size = 1024). The command line wins over the environment, that over \
 the file.
@@ -28,6 +29,10 @@ pub struct ServeArgs {
     /// Address and port that are listened on, or a port of this machine alone; port 0 takes a free one, which is printed
     #[arg(long, value_name = "[ADDRESS:]PORT", default_value = "127.0.0.1:8080", value_parser = address, help_heading = None::<&str>)]
     pub listen: SocketAddr,
+
+    /// Address and port for metrics and health alone, as of --listen; /metrics is not on the other port then
+    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address, help_heading = "Connections")]
+    pub metrics_listen: Option<SocketAddr>,
 
     /// Connections at a time; further ones wait
     #[arg(long, value_name = "N", default_value = "1024", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]
@@ -74,7 +79,7 @@ pub struct ServeArgs {
     pub preset: Vec<String>,
 
     /// Where pictures are kept: a folder, or the URL of a prefix (s3://, gs://, az://) [default: nowhere]
-    #[arg(long, value_name = "DIR|URL", help_heading = "Cache")]
+    #[arg(id = "pictures", long = "cache", value_name = "DIR|URL", help_heading = "Cache")]
     pub cache: Option<String>,
 
     /// Bytes of the cache in a folder; what was not asked for longest goes first
@@ -156,10 +161,15 @@ pub struct ServeArgs {
     #[arg(long, help_heading = "Workers")]
     pub no_sandbox: bool,
 
-    /// What is logged to standard error, in lines of JSON: off, error (of the service), info (and each request), debug
+    /// What is logged to standard error: off, error (of the service), info (and a line for each request), debug (and one for the
+    /// work of each)
     #[arg(long, value_name = "LEVEL", default_value = "info",
           value_parser = ["off", "error", "info", "debug"], help_heading = "Report")]
     pub log: String,
+
+    /// Lines of the log
+    #[arg(long, value_name = "FORMAT", default_value = "json", value_parser = ["json", "text"], help_heading = "Report")]
+    pub log_format: String,
 
     #[command(flatten)]
     pub encoding: EncodingArgs,
@@ -174,6 +184,13 @@ impl ServeArgs {
         let processors = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         self.workers.unwrap_or_else(processors)
     }
+}
+
+/// Makes room for `--cache`, the pictures of a service: the option of that name that all pictures have is a folder of environments,
+/// and workers reach none.
+fn of_one_process(option: Arg) -> Arg {
+    let refused = |_: &str| Err::<PathBuf, _>("workers reach no folder, and keep environments in memory");
+    option.long("environment-cache").value_parser(refused).hide(true)
 }
 
 /// Checks that a text can be the value of a header.
@@ -195,7 +212,19 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::address;
+    use super::{ServeArgs, address};
+    use clap::{Args, Command, FromArgMatches};
+
+    /// Debug builds of clap look for options of one name.
+    #[test]
+    fn options_have_names_of_their_own() {
+        let command = ServeArgs::augment_args(Command::new("serve"));
+        command.clone().debug_assert();
+        let given = command.clone().get_matches_from(["serve", "--cache", "s3://bucket/x"]);
+        assert_eq!(ServeArgs::from_arg_matches(&given).unwrap().cache.as_deref(), Some("s3://bucket/x"));
+        let refused = command.try_get_matches_from(["serve", "--environment-cache", "x"]).unwrap_err();
+        assert!(refused.to_string().contains("workers reach no folder"), "{refused}");
+    }
 
     #[test]
     fn addresses_may_be_ports_alone() {

@@ -1,5 +1,6 @@
 //! Answers without a picture: a status, a kind and one line, in JSON.
 
+use super::plain::without_secrets;
 use crate::pool::WorkError;
 use axum::body::Body;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
@@ -151,8 +152,8 @@ impl Problem {
     #[must_use]
     pub fn new(kind: Kind, message: impl Into<String>) -> Self {
         let retry_after = matches!(kind, Kind::Busy | Kind::Stopping | Kind::NoWorker).then_some(2);
-        // Some of it may be the client's.
-        let message = message.into();
+        // Some of it may be the client's; stores tell the URLs that they were asked by.
+        let message = without_secrets(&message.into());
         let message = message.chars().filter(|c| !c.is_control()).take(LONGEST_MESSAGE).collect();
         Self { kind, message, limit: None, raise: None, retry_after, header: None, was_killed: false }
     }
@@ -236,6 +237,23 @@ pub struct Told {
     pub key: Option<String>,
     /// Source of the picture.
     pub from: Option<&'static str>,
+    /// Number of its warnings.
+    pub warnings: Option<usize>,
+}
+
+impl Told {
+    /// Result of the request, in a word.
+    #[must_use]
+    pub fn result(&self) -> &'static str {
+        match (&self.refusal, self.from) {
+            (Some(_), _) => "failed",
+            (None, Some("drawn")) => "rendered",
+            (None, Some("cache")) => "cached",
+            (None, Some("client")) => "known",
+            (None, Some(from)) => from,
+            (None, None) => "answered",
+        }
+    }
 }
 
 impl IntoResponse for Problem {

@@ -75,6 +75,12 @@ impl Failures {
         known.insert(name.to_owned(), Failure { problem: problem.clone(), until: now + pause, pause });
     }
 
+    /// Number of failures that are remembered, over or not.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.lock().len()
+    }
+
     /// Forgets all. Returns their number.
     pub fn forget(&self) -> usize {
         std::mem::take(&mut *self.lock()).len()

@@ -1,4 +1,4 @@
-//! Requests for pictures, and for descriptions of models.
+//! Requests for pictures.
 
 use super::accept;
 use super::answer::{Wishes, respond};
@@ -11,13 +11,13 @@ use super::path;
 use super::pipeline as operations;
 use super::render::{Asked, picture};
 use super::source::Source;
+use super::trace::Trace;
 use super::upload::Upload;
-use crate::files::Files;
+use axum::Extension;
 use axum::body::Body;
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, Uri, header};
-use axum::response::{IntoResponse, Response};
-use bytes::Bytes;
+use axum::http::{HeaderMap, Uri, header};
+use axum::response::Response;
 use overcoat::output::OutputFormat;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -27,27 +27,37 @@ use url::form_urlencoded;
 ///
 /// # Errors
 /// [`Problem`].
-pub async fn render(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+pub async fn render(
+    State(app): State<Arc<App>>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+) -> Result<Response, Problem> {
     let options = of_query(&app, request.uri());
-    answer_body(&app, request, options).await
+    answer_body(&app, trace, request, options).await
 }
 
 /// `POST /pipeline?operations=[...]`, as Imaginary has it.
 ///
 /// # Errors
 /// [`Problem`].
-pub async fn pipeline(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+pub async fn pipeline(
+    State(app): State<Arc<App>>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+) -> Result<Response, Problem> {
     let options = operations::read(request.uri().query().unwrap_or_default(), &app.rules);
-    answer_body(&app, request, options).await
+    answer_body(&app, trace, request, options).await
 }
 
-fn of_query(app: &App, uri: &Uri) -> Result<Options, Problem> {
+/// Options of a query.
+pub(super) fn of_query(app: &App, uri: &Uri) -> Result<Options, Problem> {
     of_pairs(form_urlencoded::parse(uri.query().unwrap_or_default().as_bytes()), &app.rules)
 }
 
 /// The picture of a model that comes as a body.
 async fn answer_body(
     app: &Arc<App>,
+    trace: Arc<Trace>,
     request: Request,
     options: Result<Options, Problem>,
 ) -> Result<Response, Problem> {
@@ -71,7 +81,8 @@ async fn answer_body(
     }
     let (format, negotiated) = format(app, &options, &parts.headers)?;
     let request = options.request(format, &app.rules)?;
-    settle(&mut upload, &options)?;
+    trace.options(&options, &request);
+    settle(&trace, &mut upload, &options)?;
     let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated };
     let asked = Asked {
         identity: upload.identity(),
@@ -79,19 +90,23 @@ async fn answer_body(
         model: upload.model,
         files: Arc::new(upload.files),
         request,
+        trace,
         held: upload.held,
     };
     let answer = picture(app, asked, |key| wishes.has(key)).await?;
     Ok(respond(app, &wishes, &answer))
 }
 
-async fn receive(app: &App, body: Body, headers: &HeaderMap) -> Result<Upload, Problem> {
+/// Model of a body.
+pub(super) async fn receive(app: &App, body: Body, headers: &HeaderMap) -> Result<Upload, Problem> {
     let (bytes, held) = app.bodies.read(body, headers).await?;
     Upload::new(headers, bytes, held).await
 }
 
-fn settle(upload: &mut Upload, options: &Options) -> Result<(), Problem> {
+/// Checks that a body is a model, and settles the name of its file.
+pub(super) fn settle(trace: &Trace, upload: &mut Upload, options: &Options) -> Result<(), Problem> {
     let told = options.name.as_deref();
+    trace.upload(told.unwrap_or(&upload.name));
     media::check(&upload.model, told.unwrap_or(&upload.name), upload.media_type.as_deref())?;
     upload.settle_name(told);
     Ok(())
@@ -112,20 +127,25 @@ fn format(app: &App, options: &Options, headers: &HeaderMap) -> Result<(OutputFo
 ///
 /// # Errors
 /// [`Problem`].
-pub async fn path(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+pub async fn path(
+    State(app): State<Arc<App>>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+) -> Result<Response, Problem> {
     let (parts, _) = request.into_parts();
     let asked = signed(&app, &parts.uri, "")?;
     let (format, negotiated) = format(&app, &asked.options, &parts.headers)?;
     let request = asked.options.request(format, &app.rules)?;
-    let (Source { name, model, files }, held) = open(&app, &asked.source).await?;
+    trace.options(&asked.options, &request);
+    let (Source { name, model, files }, held) = open(&app, &trace, &asked.source).await?;
     let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated };
-    let asked = Asked { name, model, files, identity: asked.source, request, held };
+    let asked = Asked { name, model, files, identity: asked.source, request, trace, held };
     let answer = picture(&app, asked, |key| wishes.has(key)).await?;
     Ok(respond(&app, &wishes, &answer))
 }
 
 /// Request of a path, if it is signed; `before` stands before the signature.
-fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
+pub(super) fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
     let whole = uri.path_and_query().map_or("", |path| path.as_str());
     let whole = whole.strip_prefix(before).unwrap_or(whole);
     let none = || Problem::new(Kind::NotFound, "there is nothing at this path");
@@ -139,8 +159,9 @@ fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
 }
 
 /// Opens a source, unless it has failed a short while ago.
-async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
-    // No name of other work has a space.
+pub(super) async fn open(app: &App, trace: &Trace, source: &str) -> Result<(Source, Held), Problem> {
+    trace.source(source);
+    // No name of other work begins so.
     let name = format!("source {source}");
     if let Some(problem) = app.failures.of(&name, Instant::now()) {
         app.metrics.remembered();
@@ -148,6 +169,9 @@ async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
     }
     let opened = read(app, source).await;
     app.failures.note(&name, opened.as_ref().err(), Instant::now());
+    if let Ok((source, _)) = &opened {
+        trace.fetched(source.model.len());
+    }
     opened
 }
 
@@ -171,54 +195,4 @@ async fn read(app: &App, source: &str) -> Result<(Source, Held), Problem> {
     }
     held.shrink(source.model.len() as u64);
     Ok((source, held))
-}
-
-/// `POST /info`
-///
-/// # Errors
-/// [`Problem`].
-pub async fn info(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
-    let (parts, body) = request.into_parts();
-    let options = match of_query(&app, &parts.uri) {
-        Ok(options) => options,
-        Err(problem) => {
-            app.bodies.turn_away(body, &parts.headers).await;
-            return Err(problem);
-        }
-    };
-    let mut upload = receive(&app, body, &parts.headers).await?;
-    settle(&mut upload, &options)?;
-    let Upload { name, model, files, held, .. } = upload;
-    inspect(&app, name, model, Arc::new(files), held).await
-}
-
-/// `GET /info/{signature}/plain/{source}`
-///
-/// # Errors
-/// [`Problem`].
-pub async fn info_of_path(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
-    let asked = signed(&app, request.uri(), "/info")?;
-    let (Source { name, model, files }, held) = open(&app, &asked.source).await?;
-    inspect(&app, name, model, files, held).await
-}
-
-async fn inspect(
-    app: &Arc<App>,
-    name: String,
-    model: Bytes,
-    files: Arc<dyn Files>,
-    held: Held,
-) -> Result<Response, Problem> {
-    let place = app.gate.enter()?;
-    let app = Arc::clone(app);
-    // As for pictures, a worker finishes its work.
-    let work = tokio::spawn(async move {
-        let turn = app.gate.turn().await?;
-        let contents = app.pool.inspect(&name, &model, files.as_ref()).await;
-        drop((turn, place, held));
-        contents.map_err(Problem::from)
-    });
-    let contents = work.await.map_err(|e| Problem::new(Kind::Worker, e.to_string()))??;
-    let json = HeaderValue::from_static("application/json");
-    Ok(([(header::CONTENT_TYPE, json)], contents).into_response())
 }

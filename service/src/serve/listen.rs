@@ -1,12 +1,18 @@
 //! Connections: accepted, served and, at the end, waited for.
 
 use super::app::App;
-use super::routes::router;
+use super::routes::{router, watchers};
 use super::stream::{Patient, is_http2};
+use super::trace::Peer;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::{http1, http2};
+use hyper::service::service_fn;
 use hyper_util::rt::{TokioExecutor, TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use std::convert::Infallible;
 use std::io;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
@@ -24,6 +30,8 @@ const LAST_CALL: Duration = Duration::from_millis(50);
 const LAST_WORDS: Duration = Duration::from_secs(1);
 /// After an error of the system, as when there are no more descriptors.
 const PAUSE: Duration = Duration::from_millis(50);
+/// Connections at a time to the port of metrics.
+const WATCHERS: usize = 64;
 /// Requests at a time on one connection of HTTP/2.
 const STREAMS: u32 = 64;
 
@@ -69,6 +77,30 @@ pub async fn serve(app: Arc<App>, listener: TcpListener, stop: watch::Receiver<b
     finish(&app, served).await;
 }
 
+/// Serves those who watch over the service, on a port of their own, for as long as it is polled.
+pub async fn serve_watchers(app: Arc<App>, listener: TcpListener) {
+    let connections = Arc::new(Semaphore::new(WATCHERS));
+    let mut served = JoinSet::new();
+    let service = TowerToHyperService::new(watchers(&app));
+    let never = watch::Sender::new(false);
+    loop {
+        match accept(&listener, &connections).await {
+            Ok((stream, permit)) => {
+                let (app, service, stop) = (Arc::clone(&app), service.clone(), never.subscribe());
+                served.spawn(async move {
+                    connection(&app, service, stream, stop).await;
+                    drop(permit);
+                });
+            }
+            Err(error) => {
+                tracing::warn!(%error, "a connection cannot be accepted");
+                tokio::time::sleep(PAUSE).await;
+            }
+        }
+        while served.try_join_next().is_some() {}
+    }
+}
+
 async fn accept(
     listener: &TcpListener,
     connections: &Arc<Semaphore>,
@@ -98,6 +130,24 @@ async fn finish(app: &App, mut served: JoinSet<()>) {
 
 type Service = TowerToHyperService<axum::Router>;
 
+/// The service for one connection, whose requests know the address of their client.
+fn of_client(
+    service: Service,
+    client: Option<IpAddr>,
+) -> impl hyper::service::Service<
+    Request<Incoming>,
+    Response = axum::response::Response,
+    Error = Infallible,
+    Future: Send + 'static,
+> + Clone {
+    service_fn(move |mut request: Request<Incoming>| {
+        if let Some(client) = client {
+            request.extensions_mut().insert(Peer(client));
+        }
+        hyper::service::Service::call(&service, request)
+    })
+}
+
 async fn connection(app: &App, service: Service, stream: TcpStream, mut stop: watch::Receiver<bool>) {
     let patience = Duration::from_secs_f64(app.args.header_seconds);
     let mut stopped = stop.clone();
@@ -107,6 +157,7 @@ async fn connection(app: &App, service: Service, stream: TcpStream, mut stop: wa
     };
     let first = tokio::select! { first = is_http2(&stream, patience) => first, () = at_the_end => None };
     let Some(is_http2) = first else { return };
+    let service = of_client(service, stream.peer_addr().ok().map(|address| address.ip()));
     let stream = TokioIo::new(Patient::new(stream, Duration::from_secs_f64(app.args.write_seconds)));
     // What goes wrong is the client's, and told to nobody.
     if is_http2 {

@@ -1,5 +1,6 @@
 //! Metrics in the text format of Prometheus.
 
+use super::process::Process;
 use crate::pool::Counters;
 use prometheus_client::encoding::text::encode;
 use prometheus_client::encoding::{EncodeLabelSet, LabelSetEncoder};
@@ -11,7 +12,7 @@ use prometheus_client::registry::Registry;
 use std::fmt;
 use std::sync::Mutex;
 use std::sync::PoisonError;
-use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::Duration;
 
 /// Labels that are known when they are written: names and their values.
@@ -53,12 +54,13 @@ pub struct Metrics {
     died: Counter,
     timed_out: Counter,
     remembered: Counter,
+    worked: Counter<f64, AtomicU64>,
 }
 
 impl Default for Metrics {
     fn default() -> Self {
         let mut metrics = Self {
-            registry: Mutex::new(Registry::with_prefix("overcoat")),
+            registry: Mutex::default(),
             requests: Family::default(),
             refusals: Family::default(),
             durations: Family::new_with_constructor(seconds),
@@ -73,6 +75,7 @@ impl Default for Metrics {
             died: Counter::default(),
             timed_out: Counter::default(),
             remembered: Counter::default(),
+            worked: Counter::default(),
         };
         metrics.register();
         metrics
@@ -81,7 +84,9 @@ impl Default for Metrics {
 
 impl Metrics {
     fn register(&mut self) {
-        let registry = self.registry.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let all = self.registry.get_mut().unwrap_or_else(PoisonError::into_inner);
+        all.register_collector(Box::new(Process));
+        let registry = all.sub_registry_with_prefix("overcoat");
         registry.register("requests", "Requests by route and status", self.requests.clone());
         registry.register(
             "refusals",
@@ -119,11 +124,17 @@ impl Metrics {
             "Workers that were ended because they took too long",
             self.timed_out.clone(),
         );
+        registry.register("worker_cpu_seconds", "Processor time of workers", self.worked.clone());
         registry.register(
             "failures_remembered",
             "Requests that a failure of a short while ago has answered",
             self.remembered.clone(),
         );
+    }
+
+    /// Workers have spent processor time.
+    pub fn worked(&self, time: Option<Duration>) {
+        self.worked.inc_by(time.unwrap_or_default().as_secs_f64());
     }
 
     /// A failure of a short while ago has answered a request.

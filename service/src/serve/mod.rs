@@ -8,6 +8,7 @@ mod app;
 pub mod args;
 mod body;
 mod cache;
+mod canonical;
 pub mod config;
 mod disk;
 mod error;
@@ -16,6 +17,7 @@ mod fetch;
 mod flight;
 mod gate;
 mod handlers;
+mod inspect;
 mod listen;
 mod media;
 mod metrics;
@@ -23,19 +25,27 @@ mod options;
 mod pages;
 mod path;
 mod pipeline;
+mod plain;
+mod process;
+mod recent;
 mod render;
 mod routes;
 mod sign;
 mod source;
+mod status;
 mod stream;
+mod trace;
+mod traceparent;
 mod upload;
 
 use crate::files::NoFiles;
+use crate::pool::Meter;
 use app::App;
 use args::ServeArgs;
 use overcoat_cli::worker::protocol::{PictureRequest, Work};
 use sign::Signer;
 use std::io::Write;
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 use tokio::net::TcpListener;
@@ -56,25 +66,44 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
         println!("{}", sign(&args, path).map_err(|message| (2, message))?);
         return Ok(0);
     }
-    log(&args.log);
+    log(&args.log, &args.log_format);
     let address = args.listen;
     let app = Arc::new(App::new(args).map_err(|message| (2, message))?);
     // Before a port is taken: the first client finds a worker that can draw.
     warm(&app).await.map_err(|message| (1, message))?;
-    let listener = TcpListener::bind(address).await.map_err(|e| (1, format!("{address}: {e}")))?;
-    let bound = listener.local_addr().map_err(|e| (1, format!("{address}: {e}")))?;
+    let (listener, bound) = bind(address).await?;
+    let beside = match app.args.metrics_listen {
+        Some(address) => Some(bind(address).await?),
+        None => None,
+    };
     // For people and for scripts that let the system choose the port; a closed stream is no error.
     let _ = writeln!(std::io::stdout(), "listening on http://{bound}");
+    if let Some((_, bound)) = &beside {
+        let _ = writeln!(std::io::stdout(), "metrics on http://{bound}/metrics");
+    }
     let _ = std::io::stdout().flush();
-    tracing::info!(address = %bound, workers = app.args.workers(), "listening");
+    let metrics = beside.as_ref().map(|(_, bound)| tracing::field::display(bound));
+    tracing::info!(address = %bound, metrics, workers = app.args.workers(), "listening");
     let (send, stop) = watch::channel(false);
     tokio::spawn(signals(send));
     #[cfg(unix)]
     tokio::spawn(forget_at_hangup(Arc::clone(&app)));
+    // Until the last request has ended, so that its end can be watched.
+    let watched =
+        beside.map(|(listener, _)| tokio::spawn(listen::serve_watchers(Arc::clone(&app), listener)));
     listen::serve(Arc::clone(&app), listener, stop).await;
+    watched.inspect(tokio::task::JoinHandle::abort);
     app.pool.finish().await;
     tracing::info!("stopped");
     Ok(0)
+}
+
+/// A socket that listens, and its address.
+async fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), (u8, String)> {
+    let about = |e: std::io::Error| (1, format!("{address}: {e}"));
+    let listener = TcpListener::bind(address).await.map_err(about)?;
+    let bound = listener.local_addr().map_err(about)?;
+    Ok((listener, bound))
 }
 
 /// A path with its signature in front.
@@ -87,8 +116,8 @@ fn sign(args: &ServeArgs, path: &str) -> Result<String, String> {
     Ok(format!("/{signature}{path}"))
 }
 
-/// Lines of JSON on standard error.
-fn log(level: &str) {
+/// Lines on standard error, of JSON or of text.
+fn log(level: &str, format: &str) {
     let level = match level {
         "off" => LevelFilter::OFF,
         "error" => LevelFilter::ERROR,
@@ -97,20 +126,26 @@ fn log(level: &str) {
     };
     // Log lines of other crates are of no use to the operator of a service.
     let targets = Targets::new().with_target("overcoat_service", level);
-    let layer = tracing_subscriber::fmt::layer().json().flatten_event(true).with_target(false);
-    let layer = layer.with_current_span(false).with_span_list(false).with_writer(std::io::stderr);
+    let layer = tracing_subscriber::fmt::layer().with_target(false).with_writer(std::io::stderr);
+    let log = tracing_subscriber::registry().with(targets);
     // A second one, as in tests, changes nothing.
-    let _ = tracing_subscriber::registry().with(targets).with(layer).try_init();
+    let _ = if format == "text" {
+        log.with(layer.with_ansi(false)).try_init()
+    } else {
+        let layer = layer.json().flatten_event(true);
+        log.with(layer.with_current_span(false).with_span_list(false)).try_init()
+    };
 }
 
 /// Starts all workers, and lets each draw something.
 async fn warm(app: &App) -> Result<(), String> {
+    let meter = Meter::default();
     let draw = async || {
         let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
         request.keys.insert("size".to_owned(), 16.into());
         let work = Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true };
         // All of them hold a worker before the first one draws.
-        app.pool.load(&work, TRIANGLE, &NoFiles).await
+        app.pool.load(&work, TRIANGLE, &NoFiles, &meter).await
     };
     let loaded = futures_util::future::join_all((0..app.args.workers()).map(|_| draw())).await;
     for loaded in loaded {

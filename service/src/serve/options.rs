@@ -39,6 +39,8 @@ pub struct Options {
     pub format: Option<OutputFormat>,
     /// Name of the model's file.
     pub name: Option<String>,
+    /// The last preset that was asked for.
+    pub preset: Option<String>,
 }
 
 fn wrong(message: impl Into<String>) -> Problem {
@@ -68,6 +70,7 @@ impl Options {
                 let preset = rules.presets.get(text);
                 let preset = preset.ok_or_else(|| wrong(format!("preset: there is none '{text}'")))?;
                 preset.iter().try_for_each(|(key, text)| self.set(key, text, rules))?;
+                self.preset = Some(text.to_owned());
             }
             "env" if !matches!(text, "studio" | "none") => {
                 return Err(wrong(format!("env: expected studio or none, got '{text}'")));

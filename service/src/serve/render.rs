@@ -7,6 +7,7 @@ use super::cache::Picture;
 use super::error::{Kind, Problem};
 use super::flight::{Lead, Part};
 use super::gate::Place;
+use super::trace::Trace;
 use crate::files::{Files, Needed};
 use crate::key::hash_of;
 use crate::pool::DrawnPicture;
@@ -34,6 +35,8 @@ pub struct Asked {
     pub identity: String,
     /// Options of the picture.
     pub request: PictureRequest,
+    /// Its trace.
+    pub trace: Arc<Trace>,
     /// Its bytes, counted.
     #[expect(dead_code, reason = "kept, not looked at")]
     pub held: Held,
@@ -57,6 +60,7 @@ pub async fn picture(
     is_known: impl Fn(&str) -> bool,
 ) -> Result<Answer, Problem> {
     let hash = hash(&asked.model).await?;
+    asked.trace.model(&hash);
     let of = name_of(app, &asked, &hash);
     if let Some(names) = app.cache.names(&of).await
         && let Some(needed) = needed(app, &asked, &names).await
@@ -104,7 +108,11 @@ pub async fn picture(
     Ok(Answer::Picture(picture, if shared { "shared" } else { from }))
 }
 
-async fn hash(model: &Bytes) -> Result<String, Problem> {
+/// BLAKE3 of a model.
+///
+/// # Errors
+/// [`Kind::Worker`] if the thread that hashes ends.
+pub(super) async fn hash(model: &Bytes) -> Result<String, Problem> {
     if model.len() <= HASHED_AT_ONCE {
         return Ok(hash_of(model));
     }
@@ -149,6 +157,7 @@ async fn work(app: Arc<App>, asked: Arc<Asked>, names: Names, lead: Lead<Outcome
         Err(problem) => Err(problem),
         Ok(_) if !lead.is_wanted() => return,
         Ok(turn) => {
+            asked.trace.queue(begun.elapsed());
             let queue = begun.elapsed().as_secs_f64() * 1000.0;
             app.metrics.stage("queue", queue);
             let begun = Instant::now();
@@ -159,6 +168,8 @@ async fn work(app: Arc<App>, asked: Arc<Asked>, names: Names, lead: Lead<Outcome
             }
             app.failures.note(&names.flight, outcome.as_ref().err(), Instant::now());
             app.gate.note(begun.elapsed());
+            app.metrics.worked(asked.trace.meter.time());
+            asked.trace.worked();
             drop(turn);
             outcome
         }
@@ -180,7 +191,7 @@ async fn work(app: Arc<App>, asked: Arc<Asked>, names: Names, lead: Lead<Outcome
 /// Lets a worker draw.
 async fn draw(app: &App, asked: &Asked, Names { hash, of, .. }: &Names, queue: f64) -> Outcome {
     let work = Work { name: asked.name.clone(), pictures: vec![asked.request.clone()], waits: true };
-    let loaded = app.pool.load(&work, &asked.model, asked.files.as_ref()).await?;
+    let loaded = app.pool.load(&work, &asked.model, asked.files.as_ref(), &asked.trace.meter).await?;
     let needed = loaded.needed.clone();
     let key = app.keys.of(hash, &asked.name, &needed, &asked.request);
     let names = needed.into_iter().map(|file| (file.name, file.alike)).collect();

@@ -2,7 +2,8 @@
 
 use super::app::App;
 use super::error::{Kind, Problem, Told};
-use super::{handlers, pages};
+use super::trace::{Trace, length};
+use super::{handlers, inspect, pages, status};
 use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, Method, header};
@@ -11,7 +12,6 @@ use axum::response::Response;
 use axum::routing::{get, post};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
-use std::time::Instant;
 
 /// Names of a request in answers, logs and other programs.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -24,16 +24,34 @@ pub fn router(app: &Arc<App>) -> Router {
         .route("/formats", get(pages::formats))
         .route("/health", get(pages::health))
         .route("/ready", get(pages::ready))
-        .route("/metrics", get(pages::metrics))
-        .route("/info/{signature}/{*rest}", get(handlers::info_of_path))
+        .route("/info/{signature}/{*rest}", get(inspect::of_path))
         .route("/{signature}/{*rest}", get(handlers::path));
+    if app.args.metrics_listen.is_none() {
+        router = router.route("/metrics", get(pages::metrics));
+    }
     if !app.args.signed_only {
         router = router
             .route("/", get(pages::page))
             .route("/render", post(handlers::render))
             .route("/pipeline", post(handlers::pipeline))
-            .route("/info", post(handlers::info));
+            .route("/info", post(inspect::of_body));
     }
+    noted(router, app)
+}
+
+/// Routes of those who watch over the service, on a port of their own.
+pub fn watchers(app: &Arc<App>) -> Router {
+    let router = Router::new()
+        .route("/health", get(pages::health))
+        .route("/ready", get(pages::ready))
+        .route("/metrics", get(pages::metrics))
+        .route("/status", get(status::page))
+        .route("/status.json", get(status::json));
+    noted(router, app)
+}
+
+/// The same with answers where there is no route, and notes of every request.
+fn noted(router: Router<Arc<App>>, app: &Arc<App>) -> Router {
     router
         .fallback(|| async { Problem::new(Kind::NotFound, "there is nothing at this path") })
         .method_not_allowed_fallback(|method: Method| async move {
@@ -44,7 +62,8 @@ pub fn router(app: &Arc<App>) -> Router {
 }
 
 /// The name of a route in logs and metrics: there are few of them, whatever paths are asked for.
-fn route(path: &str) -> &'static str {
+#[must_use]
+pub fn name(path: &str) -> &'static str {
     match path {
         "/" => "page",
         "/render" => "render",
@@ -53,6 +72,7 @@ fn route(path: &str) -> &'static str {
         "/health" => "health",
         "/ready" => "ready",
         "/metrics" => "metrics",
+        "/status" | "/status.json" => "status",
         path if path == "/info" || path.starts_with("/info/") => "info",
         path if path.contains("/plain/") => "path",
         _ => "other",
@@ -61,32 +81,17 @@ fn route(path: &str) -> &'static str {
 
 /// Names a request, and records its outcome.
 async fn note(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let begun = Instant::now();
-    let id = request_id(&app, &request);
-    let (method, route) = (request.method().clone(), route(request.uri().path()));
+    let (trace, request) = Trace::begin(request_id(&app, &request), request, &app.recent);
     let mut response = next.run(request).await;
-    let time = begun.elapsed();
     let status = response.status().as_u16();
     let told = response.extensions_mut().remove::<Told>().unwrap_or_default();
-    app.metrics.request(route, status, time);
+    let time = trace.finish(status, length(response.body()), &told);
+    app.metrics.request(trace.route(), status, time);
     if let Some((kind, _)) = told.refusal {
         app.metrics.refusal(kind);
     }
-    let (kind, message) = told.refusal.unzip();
-    let milliseconds = (time.as_secs_f64() * 100_000.0).round() / 100.0;
-    tracing::info!(
-        id,
-        method = method.as_str(),
-        route,
-        status,
-        milliseconds,
-        key = told.key,
-        from = told.from,
-        error = kind,
-        message,
-    );
     let headers = response.headers_mut();
-    if let Ok(id) = HeaderValue::from_str(&id) {
+    if let Ok(id) = HeaderValue::from_str(trace.id()) {
         headers.insert(REQUEST_ID, id);
     }
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));

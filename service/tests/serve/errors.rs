@@ -234,12 +234,12 @@ fn work_of_a_killed_worker_is_done_by_another() {
     let service = start(&["--deadline", "100"]);
     let address = service.address;
     let asked = std::thread::spawn(move || {
-        let query = "/render?size=900&quality=best&samples=16";
+        let query = "/render?size=400&quality=good&samples=16";
         crate::service::ask(address, "POST", query, &[], &model("torus-knot.glb")).unwrap()
     });
     service.wait_for("overcoat_workers_busy", 1.0);
     service.workers().into_iter().for_each(|id| crate::service::send_signal("KILL", id));
-    asked.join().unwrap().png(900, 900);
+    asked.join().unwrap().png(400, 400);
     assert_eq!(service.metric("overcoat_workers_died_total"), 1.0);
 }
 
@@ -262,6 +262,39 @@ fn failures_are_remembered_and_forgotten() {
     service.signal("HUP");
     std::thread::sleep(Duration::from_millis(300));
     assert!(!service.post("/render?size=16", broken).headers.contains_key("retry-after"));
+}
+
+/// So do questions about a model, for which another worker would be asked in vain.
+#[test]
+fn failures_of_descriptions_are_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let broken = &model("rounded-cube.glb")[..300];
+    std::fs::write(folder.path().join("broken.glb"), broken).unwrap();
+    let local = folder.path().to_str().unwrap();
+    let service = start(&["--failure-seconds", "600", "--allow-unsigned", "--local", local]);
+    let remembered = || service.metric("overcoat_failures_remembered_total");
+    let first = service.post("/info", broken);
+    let told = first.error(422);
+    assert_eq!((told.0.as_str(), first.headers.contains_key("retry-after")), ("model", false));
+    let again = service.post("/info", broken);
+    assert_eq!(again.error(422), told);
+    assert!(again.headers["retry-after"].parse::<u64>().unwrap() > 500);
+    assert_eq!(remembered(), 1.0);
+    // Pictures of it, another name of its format, and another model are other work.
+    assert!(!service.post("/render?size=16", broken).headers.contains_key("retry-after"));
+    assert!(!service.post("/info?name=a.obj", broken).headers.contains_key("retry-after"));
+    assert_eq!(service.post("/info", &model("rounded-cube.glb")).status, 200);
+    assert_eq!(remembered(), 1.0);
+    // So is the source of a path.
+    for retry in [false, true] {
+        let answer = service.get("/info/_/plain/local://broken.glb");
+        assert_eq!(answer.error(422).0, "model");
+        assert_eq!(answer.headers.contains_key("retry-after"), retry);
+    }
+    assert_eq!(remembered(), 2.0);
+    service.signal("HUP");
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(!service.post("/info", broken).headers.contains_key("retry-after"));
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! The service, as its clients see it: the real program on a port of this machine.
 
 mod errors;
+mod load;
+mod logs;
 mod pictures;
 mod robust;
 mod service;
 mod sources;
+mod watching;

@@ -210,11 +210,9 @@ fn what_a_service_can_do_is_told() {
     assert_eq!(id.headers["x-request-id"], "abc-1");
     let line = service.log().lines().find(|line| line.contains("\"render\"")).unwrap().to_owned();
     let line: serde_json::Value = serde_json::from_str(&line).unwrap();
-    assert_eq!((&line["status"], &line["from"]), (&200.into(), &"drawn".into()));
+    assert_eq!((&line["status"], &line["result"]), (&200.into(), &"rendered".into()));
     assert!(
-        line["key"].as_str().unwrap().len() == 64
-            && line["milliseconds"].is_number()
-            && line["id"].is_string()
+        line["key"].as_str().unwrap().len() == 64 && line["total_ms"].is_number() && line["id"].is_string()
     );
 }
 

@@ -26,6 +26,8 @@ pub fn model(name: &str) -> Vec<u8> {
 pub struct Service {
     child: Child,
     pub address: SocketAddr,
+    /// Where metrics are, if they have a port of their own.
+    pub metrics: Option<SocketAddr>,
     log: Arc<Mutex<String>>,
 }
 
@@ -86,11 +88,16 @@ pub fn start_with(program: &Path, args: &[&str], variables: &[(&str, &str)]) -> 
             *kept.lock().unwrap() += &(line + "\n");
         }
     });
-    let mut line = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-    let address = line.trim().strip_prefix("listening on http://");
-    let address = address.unwrap_or_else(|| panic!("'{line}' {}", log.lock().unwrap())).parse().unwrap();
-    Service { child, address, log }
+    let mut lines = BufReader::new(child.stdout.take().unwrap());
+    let mut told = |before: &str, after: &str| {
+        let mut line = String::new();
+        lines.read_line(&mut line).unwrap();
+        let address = line.trim().strip_prefix(before).and_then(|line| line.strip_suffix(after));
+        address.unwrap_or_else(|| panic!("'{line}' {}", log.lock().unwrap())).parse().unwrap()
+    };
+    let address = told("listening on http://", "");
+    let metrics = args.contains(&"--metrics-listen").then(|| told("metrics on http://", "/metrics"));
+    Service { child, address, metrics, log }
 }
 
 impl Drop for Service {
@@ -121,6 +128,21 @@ impl Service {
 
     pub fn log(&self) -> String {
         self.log.lock().unwrap().clone()
+    }
+
+    /// Waits for the line of the log, in JSON, about the request of a name.
+    pub fn line(&self, id: &str) -> Value {
+        let end = Instant::now() + Duration::from_secs(60);
+        loop {
+            let lines =
+                self.log().lines().filter_map(|line| serde_json::from_str(line).ok()).collect::<Vec<Value>>();
+            if let Some(line) = lines.into_iter().find(|line| line["id"] == id && line.get("route").is_some())
+            {
+                return line;
+            }
+            assert!(Instant::now() < end, "there is no line of {id}: {}", self.log());
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 
     pub fn id(&self) -> u32 {
