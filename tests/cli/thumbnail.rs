@@ -136,7 +136,7 @@ fn large_pattern(number: u32) -> Vec<u8> {
     let mut encoder = png::Encoder::new(&mut bytes, 4096, 4096);
     encoder.set_depth(png::BitDepth::One);
     let mut writer = encoder.write_header().unwrap();
-    let row = |y: u32| (0..512_u32).map(move |x| if (x * number ^ y) & 256 == 0 { 0xff } else { 0x11 });
+    let row = |y: u32| (0..512_u32).map(move |x| if ((x * number) ^ y) & 256 == 0 { 0xff } else { 0x11 });
     writer.write_image_data(&(0..4096).flat_map(row).collect::<Vec<u8>>()).unwrap();
     writer.finish().unwrap();
     bytes

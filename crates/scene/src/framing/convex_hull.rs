@@ -128,7 +128,7 @@ mod tests {
             .take(5000)
             .collect();
         let hull = ConvexHull::around(disc.clone());
-        assert!((3.0..3.141).contains(&hull.area()) && hull.0.len() > 20, "{hull:?}");
+        assert!((3.0..std::f64::consts::PI).contains(&hull.area()) && hull.0.len() > 20, "{hull:?}");
         for p in &disc {
             assert!(hull.depth(*p) >= -1e-12, "{p:?}");
         }
