@@ -36,7 +36,8 @@ pub(super) fn arrange(scene: &mut Scene, plates: &[u32]) -> Result<(), LoadError
     let plate_of = |object: u32| plates.get(object as usize).copied().unwrap_or(NO_PLATE);
     let mut boxes: BTreeMap<u32, Bounds> = BTreeMap::new();
     for instance in scene.instances() {
-        let own = scene.meshes()[instance.mesh.index()].bounds().transformed(&instance.transform);
+        let Some(mesh) = scene.meshes().get(instance.mesh.index()) else { continue };
+        let own = mesh.bounds().transformed(&instance.transform);
         let all = boxes.entry(plate_of(instance.object)).or_insert(Bounds::EMPTY);
         *all = all.union(&own);
     }
@@ -46,7 +47,7 @@ pub(super) fn arrange(scene: &mut Scene, plates: &[u32]) -> Result<(), LoadError
     }
     let moves = moves(&boxes);
     for number in 0..scene.instances().len() {
-        let instance = &scene.instances()[number];
+        let Some(instance) = scene.instances().get(number) else { continue };
         let Some((x, y)) = moves.get(&plate_of(instance.object)) else { continue };
         let transform = instance.transform.less([-x, -y, 0.0]);
         scene.set_instance_transform(number, transform).map_err(LoadError::scene("3MF: plate"))?;
@@ -58,7 +59,7 @@ pub(super) fn arrange(scene: &mut Scene, plates: &[u32]) -> Result<(), LoadError
 fn moves(boxes: &BTreeMap<u32, Bounds>) -> BTreeMap<u32, (f64, f64)> {
     let largest = boxes.values().fold(0.0_f64, |m, b| m.max(b.size()[0]).max(b.size()[1]));
     let gap = GAP * largest;
-    let columns = (1..).find(|n| n * n >= boxes.len()).unwrap_or(1);
+    let columns = (1..=boxes.len()).find(|n| n.saturating_mul(*n) >= boxes.len()).unwrap_or(1);
     let Some(first) = boxes.values().next() else { return BTreeMap::new() };
     let (left, mut back) = (first.min[0], first.max[1]);
     let mut moves = BTreeMap::new();
