@@ -29,11 +29,14 @@ const FIRM: f64 = 0.5;
 /// The same below a plate.
 const FULL: f64 = 0.8;
 
+/// Share of the surface without a counterpart in the mirror, in a body that is alike on both sides.
+const ALIKE: f64 = 0.08;
+
 /// Cells of the grid for symmetry, along each axis.
 const CELLS: usize = 24;
 
 /// Samples on triangles for symmetry, at most and about.
-const SAMPLES: usize = 1 << 19;
+const SAMPLES: usize = 1 << 20;
 
 /// A body of triangles.
 #[derive(Debug)]
@@ -98,9 +101,13 @@ impl<'a> Body<'a> {
         if is_thin(usual) && !is_thin(other) && on_usual.depth > STANDS && on_usual.share > FULL {
             return false;
         }
-        // Mirrors are upright, so that a body is less alike along its height.
-        if floor && on_other.depth > STANDS && self.asymmetry(other) >= 0.5 * self.asymmetry(usual) {
-            return true;
+        if floor && on_other.depth > STANDS {
+            // Mirrors are upright, so that a body is less alike along its height. One that is alike, and rests in either
+            // pose, has no top.
+            let [along, across] = [other, usual].map(|axis| self.asymmetry(axis));
+            if along >= 0.5 * across && (along > ALIKE || on_usual.depth < STANDS) {
+                return true;
+            }
         }
         let is_firm = on_other.depth > STANDS_FIRMLY && on_other.share > FIRM;
         may_fall && is_firm && on_usual.depth < 0.0
@@ -160,15 +167,15 @@ impl<'a> Body<'a> {
 
     /// Surface in the cells of a cube around its box.
     fn grid(&self) -> Vec<f64> {
-        let most = (SAMPLES / self.triangles.len().max(1)).isqrt().clamp(1, 32);
+        let most = (SAMPLES / self.triangles.len().max(1)).isqrt().clamp(1, 128);
         let mut grid = vec![0.0; CELLS * CELLS * CELLS];
         let scale = CELLS as f64 / self.size;
         for [a, b, c] in self.triangles {
             let [ab, ac]: [Point; 2] = [b, c].map(|p| std::array::from_fn(|k| p[k] - a[k]));
             let bc = std::array::from_fn(|k| c[k] - b[k]);
             let longest = [ab, ac, bc].iter().map(length).fold(0.0, |l, v| if v > l { v } else { l });
-            // Parts of an edge, about as long as two thirds of a cell. A cast saturates.
-            let parts = ((1.5 * scale * longest).ceil() as usize).clamp(1, most);
+            // Parts of an edge, about as long as a quarter of a cell. A cast saturates.
+            let parts = ((4.0 * scale * longest).ceil() as usize).clamp(1, most);
             let own = doubled_area(&[*a, *b, *c]) / (parts * parts) as f64;
             let mut add = |u: f64, v: f64| {
                 grid[index(std::array::from_fn(|k| {

@@ -195,6 +195,7 @@ mod tests {
         let ambiguous = [
             ("sphere", sphere),
             ("cube", boxes(&[[[-1.0; 3], [1.0; 3]]], File::YUp)),
+            ("cube on the floor", boxes(&[[[-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]]], File::YUp)),
             ("cube in a corner", boxes(&[[[0.0; 3], [1.0; 3]]], File::YUp)),
             (
                 "cross",
