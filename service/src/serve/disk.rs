@@ -88,7 +88,7 @@ impl Disk {
     /// Writes an entry, whole or not at all, and makes room for it.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
         let size = bytes.len() as u64;
         if size > self.most {

@@ -25,7 +25,7 @@ struct Values {
 }
 
 impl Values {
-    /// Those of this process.
+    /// Metrics of this process.
     fn read() -> Self {
         if !cfg!(target_os = "linux") {
             return Self::default();
@@ -39,7 +39,7 @@ impl Values {
         }
     }
 
-    /// Those of the files that proc(5) describes: stat and status of a process, and stat of the system.
+    /// Metrics in the files that proc(5) describes: stat and status of a process, and stat of the system.
     fn of(stat: &str, status: &str, system: &str) -> Self {
         // The name is in parentheses and may hold any character; state, field 3, follows.
         let fields: Vec<&str> =

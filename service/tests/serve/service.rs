@@ -26,7 +26,7 @@ pub fn model(name: &str) -> Vec<u8> {
 pub struct Service {
     child: Child,
     pub address: SocketAddr,
-    /// Where metrics are, if they have a port of their own.
+    /// Address of the metrics, if they have a port of their own.
     pub metrics: Option<SocketAddr>,
     log: Arc<Mutex<String>>,
 }

@@ -1,4 +1,4 @@
-//! What those see who watch over the service: metrics of the process, and a port of their own.
+//! View of those who watch over the service: metrics of the process, and a port of their own.
 
 use crate::service::{Answer, Service, ask, model, start};
 

@@ -145,7 +145,7 @@ mod tests {
         }
     }
 
-    /// What one framing has found of a cloud is what a renderer would find.
+    /// Surfels that framing has estimated are those that a renderer would estimate.
     #[test]
     fn surfels_found_by_framing_are_those_of_pictures() {
         let scene = scene(MeshData { positions: lattice(20), ..MeshData::default() }, Transform::IDENTITY);

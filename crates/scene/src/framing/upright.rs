@@ -108,7 +108,7 @@ mod tests {
         scene
     }
 
-    /// What is found in a file of the usual axis +Y, and in one of +Z.
+    /// Up axes found in a file of the usual axis +Y, and in one of +Z.
     fn found(triangles: &[[[f32; 3]; 3]]) -> [Axis; 2] {
         let scene = scene(triangles);
         [Axis::PositiveY, Axis::PositiveZ].map(|usual| scene.up_by_shape(usual))
@@ -184,7 +184,7 @@ mod tests {
         assert_eq!([found(&away(File::YUp)), found(&away(File::ZUp))], [BY_CUSTOM; 2]);
     }
 
-    /// What rests equally in both poses stays as the format's custom has it.
+    /// A shape that rests equally in both poses stays as the custom of its format has it.
     #[test]
     fn ambiguous_shapes_keep_the_custom() {
         let sphere = {
