@@ -149,26 +149,32 @@ fn textures_beyond_the_budget_are_kept_smaller() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
     let mut many = quad();
-    let [images, textures]: [Vec<_>; 2] = [
-        (0..COUNT).map(|k| json!({ "uri": format!("{k}.png") })).collect(),
-        (0..COUNT).map(|k| json!({ "source": k })).collect(),
-    ];
-    (many["images"], many["textures"]) = (images.into(), textures.into());
+    many["bufferViews"][0]["byteStride"] = json!(12);
+    let coordinates = json!({ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC2" });
+    many["accessors"].as_array_mut().unwrap().push(coordinates);
+    let mut mesh = many["meshes"][0].clone();
+    mesh["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(2);
     let (mut obj, mut library) = ("mtllib many.mtl\n".to_owned(), String::new());
-    let material = many["materials"][0].clone();
+    let mut lists: [Vec<Value>; 5] = Default::default();
     for k in 0..COUNT {
-        let mut material = material.clone();
-        material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": k });
-        many["materials"][k as usize] = material;
-        many["meshes"][k as usize] = many["meshes"][0].clone();
-        many["meshes"][k as usize]["primitives"][0]["material"] = json!(k);
-        many["nodes"][k as usize] = json!({ "mesh": k, "translation": [3 * k, 0, 0] });
+        let mut mesh = mesh.clone();
+        let material =
+            json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": k }, "metallicFactor": 0 } });
+        mesh["primitives"][0]["material"] = json!(k);
+        let node = json!({ "mesh": k, "translation": [3 * k, 0, 0] });
+        let [image, texture] = [json!({ "uri": format!("{k}.png") }), json!({ "source": k })];
+        for (list, item) in lists.iter_mut().zip([material, mesh, node, image, texture]) {
+            list.push(item);
+        }
         let (x, n) = (3 * k, 4 * k);
         obj += &format!("v {x} 0 0\nv {} 0 0\nv {} 2 0\nv {x} 2 0\n", x + 2, x + 2);
         obj += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
         obj += &format!("usemtl m{k}\nf {0}/{0} {1}/{1} {2}/{2} {3}/{3}\n", n + 1, n + 2, n + 3, n + 4);
         library += &format!("newmtl m{k}\nmap_Kd {k}.png\n");
         fs::write(at(&format!("{k}.png")), large_pattern(k)).unwrap();
+    }
+    for (name, list) in ["materials", "meshes", "nodes", "images", "textures"].into_iter().zip(lists) {
+        many[name] = list.into();
     }
     many["scenes"][0]["nodes"] = (0..COUNT).collect();
     fs::write(at("many.glb"), glb(&many, &quad_buffer())).unwrap();

@@ -14,7 +14,8 @@ use std::fmt::Write as _;
 pub const SCENES: &[Entry] = &[("obj", obj), ("stl", stl), ("ply", ply), ("3mf", three_mf)];
 
 fn read(bytes: &[u8], format: Format, beside: &MemoryResolver) -> Result<Scene, Box<dyn Error>> {
-    load(bytes, format, beside, &LoadOptions::default())
+    // Half a tube may stand on either axis.
+    load(bytes, format, beside, &LoadOptions::default().with_up(format.orientation().up))
 }
 
 /// An OBJ file that is being written.
