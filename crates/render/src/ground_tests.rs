@@ -108,7 +108,7 @@ fn a_ball_throws_the_shadow_that_the_sky_leaves() {
 fn a_plate_hides_its_part_of_the_sky() {
     let mut scene = white();
     add(&mut scene, primitives::plane([2.0, 2.0]).unwrap(), two_sided(), [0.0, 1.0, 0.0]);
-    add(&mut scene, primitives::cuboid([1e-3; 3]).unwrap(), two_sided(), [0.0, 0.5e-3, 0.0]);
+    add(&mut scene, primitives::cuboid([2e-2; 3]).unwrap(), two_sided(), [0.0, 1e-2, 0.0]);
     for maps in [64, 256] {
         let asked = options(Ground::Shadow).with_visibility(Visibility::new(maps, 256, 0));
         let found = draw(&scene, &from_above(25.0), &asked);
