@@ -170,6 +170,8 @@ async fn connection(app: &App, service: Service, stream: TcpStream, mut stop: wa
             .keep_alive_timeout(patience);
         let mut connection = std::pin::pin!(builder.serve_connection(stream, service));
         tokio::select! {
+            // A request whose first bytes are there is read before the connection is told to end: an idle one would be closed.
+            biased;
             _ = connection.as_mut() => return,
             _ = stop.wait_for(|stop| *stop) => connection.as_mut().graceful_shutdown(),
         }
@@ -179,6 +181,8 @@ async fn connection(app: &App, service: Service, stream: TcpStream, mut stop: wa
         builder.timer(TokioTimer::new()).header_read_timeout(patience).max_buf_size(LARGEST_HEAD);
         let mut connection = std::pin::pin!(builder.serve_connection(stream, service));
         tokio::select! {
+            // A request whose first bytes are there is read before the connection is told to end: an idle one would be closed.
+            biased;
             _ = connection.as_mut() => return,
             _ = stop.wait_for(|stop| *stop) => connection.as_mut().graceful_shutdown(),
         }
