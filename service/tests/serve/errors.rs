@@ -221,7 +221,7 @@ fn waiting_is_not_work() {
     workers.iter().for_each(|id| crate::service::send_signal("CONT", *id));
     asked.join().unwrap().png(64, 64);
     // The wall has a limit of its own.
-    let service = start(&["--deadline", "100", "--wall-deadline", "1"]);
+    let service = start(&["--deadline", "100", "--wall-deadline", "4"]);
     service.workers().into_iter().for_each(|id| crate::service::send_signal("STOP", id));
     let answer = service.post("/render?size=64", &model("torus-knot.glb"));
     assert_eq!(answer.error(504).0, "timeout");
