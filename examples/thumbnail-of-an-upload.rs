@@ -22,7 +22,7 @@ fn thumbnail(upload: &[u8], side: u32) -> Result<(Vec<u8>, Vec<String>), Box<dyn
     let limits =
         Limits::default().with_decoded_bytes(256 << 20).with_triangles(4 << 20).with_shading(4 << 10);
     let jobs = Jobs::new(1);
-    // It reaches no other file, whatever it says.
+    // A model from memory reaches no other file, whatever it says.
     let context = Context { resolver: &NoResolver, limits: &limits, jobs: &jobs };
     let loaded = load_bytes(upload, None, &context)?;
     let mut warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();

@@ -142,7 +142,7 @@ fn large_pattern(number: u32) -> Vec<u8> {
     bytes
 }
 
-/// The same picture as with all texels, with one warning, from files with more of them than may be kept.
+/// Files with more texels than may be kept have the picture of all texels, and one warning.
 #[test]
 fn textures_beyond_the_budget_are_kept_smaller() {
     const COUNT: u32 = 9;

@@ -25,7 +25,7 @@ struct Report {
     exposure: f32,
     /// Axis of the model file that is up.
     up_axis: &'static str,
-    /// It is not the usual axis of the file's format, but the one on which the model stands.
+    /// True if that axis was told by the model's shape, against the custom of its format.
     up_is_by_shape: bool,
     camera: CameraReport,
     models: Vec<ModelReport>,

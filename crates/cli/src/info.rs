@@ -24,7 +24,7 @@ struct Contents {
     format: Option<&'static str>,
     /// Axis of the file that is up, and +Y of everything here.
     up_axis: &'static str,
-    /// It is not the usual axis of the format, but the one on which the model stands.
+    /// True if that axis was told by the model's shape, against the custom of its format.
     up_is_by_shape: bool,
     /// Axis of the file to which the model's front is taken to face, and +Z of everything here.
     front_axis: &'static str,

@@ -219,7 +219,7 @@ pub(super) struct MovieReport {
     pub(super) exposure: f32,
     /// Axis of the model file that is up.
     pub(super) up_axis: &'static str,
-    /// It is not the usual axis of the file's format, but the one on which the model stands.
+    /// True if that axis was told by the model's shape, against the custom of its format.
     pub(super) up_is_by_shape: bool,
     /// Camera of the first frame.
     pub(super) camera: Option<CameraReport>,

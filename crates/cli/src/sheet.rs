@@ -35,7 +35,7 @@ struct CellReport {
     exposure: Option<f32>,
     /// Axis of the model file that is up.
     up_axis: Option<&'static str>,
-    /// It is not the usual axis of the file's format, but the one on which the model stands.
+    /// True if that axis was told by the model's shape, against the custom of its format.
     up_is_by_shape: Option<bool>,
     camera: Option<CameraReport>,
     triangles: Option<u64>,

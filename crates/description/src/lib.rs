@@ -105,7 +105,7 @@ const MAX_BYTES: u64 = 1 << 20;
 pub struct Description {
     /// The model file.
     pub model: Option<PathBuf>,
-    /// Which axis of the model file is up, for example `+z`; what its format has, or the model's shape says, if absent.
+    /// Up axis of the model file, for example `+z`; what its format has, or the model's shape says, if absent.
     pub up: Option<Axis>,
     /// Source of the light from afar: `studio`, `none` or the path of an equirectangular picture.
     pub env: Option<EnvironmentChoice>,

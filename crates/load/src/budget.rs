@@ -192,7 +192,7 @@ mod tests {
         assert_eq!(error.to_string(), "image 1: 101 exceeds the limit of 100 (total_texture_pixels)");
         budget.charge_texture(|| "b".into(), &claim(40)).unwrap();
         budget.charge_texture(|| "c".into(), &Claim::new([u32::MAX; 2], u64::MAX)).unwrap_err();
-        // What is stored may be four times as much.
+        // Stored texels may be four times as many as kept ones.
         let halved = Claim { finest: 1, ..Claim::new([2, 2], 4) };
         let mut budget = Budget::new(&Limits::default().with_total_texture_pixels(100));
         for _ in 0..100 {

@@ -38,19 +38,19 @@ impl EncodedImage {
         Ok(Self { name, bytes: Arc::new(bytes), header, finest: claim.finest })
     }
 
-    /// Its textures in some forms, to be decoded when a picture reads them.
+    /// Textures in some forms, to be decoded when a picture reads them.
     pub(crate) fn lazy(&self, forms: impl IntoIterator<Item = Form>) -> Arc<LazyImage> {
         let Header { width, height, .. } = self.header;
         let source = Box::new(self.clone());
         Arc::new(LazyImage::new([width, height], self.finest, self.header.is_opaque(), source, forms))
     }
 
-    /// Its texture in one form, to be decoded when a picture reads it.
+    /// Texture in one form, to be decoded when a picture reads it.
     pub(crate) fn lazy_texture(&self, form: Form) -> Option<Texture> {
         Texture::lazy(&self.lazy([form]), 0)
     }
 
-    /// It as a whole; of a reduced one, the level that is kept.
+    /// Decoded image; of a reduced one, the level that is kept.
     ///
     /// # Errors
     /// [`ImageError`](image::ImageError).
@@ -64,7 +64,7 @@ impl EncodedImage {
         Ok(Picture { image: Image::clone(kept.image()), flaw })
     }
 
-    /// Its texture in one form. One that is kept smaller is decoded by need in any case. `None`, with a warning, if it cannot be
+    /// Texture in one form. One that is kept smaller is decoded by need in any case. `None`, with a warning, if it cannot be
     /// decoded.
     ///
     /// # Errors

@@ -13,7 +13,7 @@ pub(super) fn orientation(loaded: &Loaded, format: Option<Format>, options: &Loa
     }
     match loaded.scene.up_by_shape(of_format.up) {
         up if up == of_format.up => of_format,
-        // Who does not keep to the custom for one may not keep to that for the other.
+        // Files that break the custom of the up axis tell nothing of their front either.
         up => Orientation { up, up_is_by_shape: true, front_is_known: false, ..of_format },
     }
 }

@@ -226,7 +226,7 @@ impl LazyImage {
             image
         };
         if self.finest > 0 && !self.is_lost() {
-            // It is larger than what may be kept.
+            // The whole image is larger than what may be kept.
             let image = decode();
             return if image.is_some() { image } else { self.image.get_or_init(|| None).clone() };
         }

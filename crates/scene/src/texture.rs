@@ -228,7 +228,8 @@ impl Texture {
         }
     }
 
-    /// The same from a mip level on: level `finest` of the image is level 0, and no finer one is kept. 0 is [`Texture::new`].
+    /// Builds the mip levels of an image from one of them on: level `finest` of the image is level 0 of the texture, and no finer
+    /// one is kept. With 0 it is [`Texture::new`]; beyond the last level, the texture has all.
     #[must_use]
     pub fn from_level(
         image: Arc<Image>,

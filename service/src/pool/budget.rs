@@ -72,7 +72,7 @@ impl TimeBudget {
         Self { limits, end: Instant::now() + limits.wall, process: None }
     }
 
-    /// The same for a worker that begins now.
+    /// Deadlines of a worker that begins now.
     pub(super) fn of_process(self, process: Option<u32>) -> Self {
         let Self { limits, end, .. } = self;
         match process.and_then(|id| Some((id, processor_time(id)? + limits.processor))) {

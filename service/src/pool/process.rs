@@ -108,7 +108,7 @@ impl Process {
         if rest.len() == following { Ok((message, rest)) } else { Err(invalid()) }
     }
 
-    /// Its number in the system, until it has ended.
+    /// Process id, until it has ended.
     pub(super) fn id(&self) -> Option<u32> {
         self.child.id()
     }

@@ -161,7 +161,7 @@ pub struct ServeArgs {
     #[arg(long, help_heading = "Workers")]
     pub no_sandbox: bool,
 
-    /// What is logged to standard error: off, error (of the service), info (and a line for each request), debug (and one for the
+    /// Log on standard error: off, error (of the service), info (and a line for each request), debug (and one for the
     /// work of each)
     #[arg(long, value_name = "LEVEL", default_value = "info",
           value_parser = ["off", "error", "info", "debug"], help_heading = "Report")]

@@ -71,7 +71,7 @@ mod tests {
         assert_eq!(query(&asked("preset=thumb&height=32")), query(&asked("size=64x32&view=top&format=png")));
     }
 
-    /// It asks for the same picture again.
+    /// A canonical query asks for the same picture again.
     #[test]
     fn queries_can_be_asked() {
         for text in [

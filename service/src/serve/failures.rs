@@ -25,7 +25,7 @@ pub struct Failures {
 #[derive(Debug)]
 struct Failure {
     problem: Problem,
-    /// When it may be tried again.
+    /// Time of the next attempt.
     until: Instant,
     /// Time from the last failure to then.
     pause: Duration,

@@ -27,9 +27,9 @@ struct Inspected {
     files: Arc<dyn Files>,
     /// Identity of the files, which tells them from those of another request.
     identity: String,
-    /// Its trace.
+    /// Trace of the request.
     trace: Arc<Trace>,
-    /// Its bytes, counted.
+    /// Bytes of the model, counted.
     #[expect(dead_code, reason = "kept, not looked at")]
     held: Held,
 }
@@ -86,7 +86,7 @@ async fn inspect(app: &Arc<App>, asked: Inspected) -> Result<Response, Problem> 
     }
     let place = app.gate.enter()?;
     let app = Arc::clone(app);
-    // As for pictures, a worker finishes its work.
+    // A worker finishes its work, as for pictures.
     let contents = tokio::spawn(async move {
         let begun = Instant::now();
         let turn = app.gate.turn().await?;

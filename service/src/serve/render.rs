@@ -35,7 +35,7 @@ pub struct Asked {
     pub identity: String,
     /// Options of the picture.
     pub request: PictureRequest,
-    /// Its trace.
+    /// Trace of the request.
     pub trace: Arc<Trace>,
     /// Its bytes, counted.
     #[expect(dead_code, reason = "kept, not looked at")]
@@ -147,7 +147,7 @@ struct Names {
     hash: String,
     /// Name of the request as far as it is known without the files that the model refers to.
     of: String,
-    /// The same with the identity of the files.
+    /// Content key with the identity of the files.
     flight: String,
 }
 

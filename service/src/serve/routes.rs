@@ -50,7 +50,7 @@ pub fn watchers(app: &Arc<App>) -> Router {
     noted(router, app)
 }
 
-/// The same with answers where there is no route, and notes of every request.
+/// Routes with an answer where there is none, and a trace of every request.
 fn noted(router: Router<Arc<App>>, app: &Arc<App>) -> Router {
     router
         .fallback(|| async { Problem::new(Kind::NotFound, "there is nothing at this path") })

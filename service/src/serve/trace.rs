@@ -189,7 +189,7 @@ impl Trace {
 pub struct Line {
     /// Name of the request.
     pub id: String,
-    /// Its method.
+    /// HTTP method.
     pub method: String,
     /// Name of its route.
     pub route: &'static str,

@@ -188,7 +188,7 @@ fn a_worker_that_is_killed_is_told_and_replaced() {
         crate::service::ask(address, "POST", SLOW, &[], &model("sports-car.glb")).unwrap()
     });
     service.wait_for("overcoat_workers_busy", 1.0);
-    // It is tried once more.
+    // A killed worker's request is tried once more.
     for attempt in 1..=2 {
         std::thread::sleep(Duration::from_millis(200));
         let workers = service.workers();
@@ -214,7 +214,7 @@ fn waiting_is_not_work() {
     let asked = std::thread::spawn(move || {
         crate::service::ask(address, "POST", "/render?size=64", &[], &model("torus-knot.glb")).unwrap()
     });
-    // Its worker is stopped for longer than the work may take.
+    // The worker is stopped for longer than the work may take.
     let workers = service.workers();
     workers.iter().for_each(|id| crate::service::send_signal("STOP", *id));
     std::thread::sleep(Duration::from_secs(4));
@@ -264,7 +264,7 @@ fn failures_are_remembered_and_forgotten() {
     assert!(!service.post("/render?size=16", broken).headers.contains_key("retry-after"));
 }
 
-/// So do questions about a model, for which another worker would be asked in vain.
+/// Failures of questions about a model cost no second worker.
 #[test]
 fn failures_of_descriptions_are_remembered() {
     let folder = tempfile::tempdir().unwrap();
@@ -285,7 +285,7 @@ fn failures_of_descriptions_are_remembered() {
     assert!(!service.post("/info?name=a.obj", broken).headers.contains_key("retry-after"));
     assert_eq!(service.post("/info", &model("rounded-cube.glb")).status, 200);
     assert_eq!(remembered(), 1.0);
-    // So is the source of a path.
+    // Sources of paths are remembered too.
     for retry in [false, true] {
         let answer = service.get("/info/_/plain/local://broken.glb");
         assert_eq!(answer.error(422).0, "model");

@@ -140,7 +140,7 @@ fn four_times_the_capacity_is_answered_or_refused() {
     ids.iter().for_each(|id| send_signal("STOP", *id));
     let answers = at_once(&service, &all[..WAVE]);
     service.wait_for("overcoat_refusals_total{kind=\"queue_full\"}", (WAVE - CAPACITY) as f64);
-    // What needs no worker is answered meanwhile, and takes nobody's place.
+    // Requests that need no worker are answered meanwhile, and take no place in the queue.
     let (bad, status): (Vec<Asked>, Vec<u16>) = bad(&mut random, &broken).into_iter().unzip();
     for (status, answer) in status.iter().zip(at_once(&service, &bad)) {
         let answer = answer.join().unwrap();

@@ -50,7 +50,7 @@ fn pictures_have_lines() {
         assert!(first.get(absent).is_none(), "{absent}: {first}");
     }
     service.wait_for("overcoat_cache_total{event=\"write\"}", 2.0);
-    // The same by another way, from the cache, is no work.
+    // An equal query in another order comes from the cache, without work.
     let again =
         post(&service, "/render?view=front&size=40&samples=4&format=png&name=b.glb", "again", &[], &cube);
     assert_eq!(again["result"], "cached");
@@ -85,7 +85,7 @@ fn refusals_have_lines() {
     assert_eq!((&line["error"], line.get("options")), (&"options".into(), None));
     let line = post(&service, "/render", "large", &[], &[b'x'; 20_000]);
     assert_eq!((&line["error"], &line["bytes_in"]), (&"too_large".into(), &20_000.into()));
-    // What needs no picture is answered.
+    // Requests for no picture are "answered".
     service.request("GET", "/health", &[("X-Request-Id", "health")], &[]);
     assert_eq!(service.line("health")["result"], "answered");
 }
@@ -135,7 +135,7 @@ fn traces_go_through() {
     let cube = model("rounded-cube.glb");
     let line = post(&service, "/render?size=16", "traced", &[("traceparent", PARENT)], &cube);
     assert_eq!((&line["traceparent"], &line["trace_id"]), (&PARENT.into(), &PARENT[3..35].into()));
-    // So does the line of the worker's part.
+    // The worker's line has them too.
     let log = service.log();
     let work = log.lines().find(|line| line.contains("\"worked\"")).unwrap();
     let work: Value = serde_json::from_str(work).unwrap();
@@ -231,7 +231,7 @@ fn secrets_are_in_no_line() {
             let path = sign(&format!("/size:16/plain/{source}@png"));
             signatures.push(path.split('/').nth(1).unwrap().to_owned());
             answers.push(service.get(&path));
-            // Of another path.
+            // Signatures of another path.
             answers.push(service.get(&path.replace("size:16", "size:17")));
             answers.push(service.get(&format!("/info{path}")));
         }

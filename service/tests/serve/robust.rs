@@ -55,7 +55,7 @@ fn who_goes_away_takes_nothing_from_others() {
 
 #[test]
 fn the_end_loses_no_request() {
-    // However slow this machine is.
+    // Patience for a slow machine.
     let mut service =
         start(&["--workers", "2", "--queue", "64", "--queue-seconds", "1000", "--stop-seconds", "1000"]);
     let cube = model("rounded-cube.glb");

@@ -17,7 +17,7 @@ pub fn model_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/models").join(name)
 }
 
-/// Its content.
+/// Content of the file of a model.
 pub fn model(name: &str) -> Vec<u8> {
     std::fs::read(model_path(name)).unwrap()
 }

@@ -31,7 +31,7 @@ fn the_process_is_measured() {
     assert!(files >= 7.0, "{text}");
     let open = std::fs::read_dir(format!("/proc/{}/fd", service.id())).unwrap().count() as f64;
     assert!((files - open).abs() <= 4.0, "{files} {open}");
-    // It was started after this test's process, or in the same moment.
+    // The service was started after this test's process, or in the same moment.
     let own = std::fs::metadata("/proc/self").unwrap().modified().unwrap();
     let own = own.duration_since(std::time::UNIX_EPOCH).unwrap().as_secs_f64();
     let started = of("process_start_time_seconds").unwrap();
@@ -87,7 +87,7 @@ fn failures_and_slow_requests_are_shown() {
     assert_eq!(start(&[]).get("/status").error(404).0, "not_found");
 }
 
-/// Whoever watches sees the end.
+/// Metrics are answered to the end.
 #[test]
 fn metrics_are_there_to_the_end() {
     let mut service = start(&["--metrics-listen", "127.0.0.1:0", "--stop-seconds", "300"]);

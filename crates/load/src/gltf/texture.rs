@@ -259,7 +259,7 @@ impl Encoded {
         Claim { finest: *finest, ..Claim::of(header, per_texel) }
     }
 
-    /// Its size, and that of which it is drawn if that is smaller.
+    /// Size as stored and size as kept, if that is smaller.
     fn reduction(&self) -> Option<Reduction<'_>> {
         Reduction::of(&self.what, &self.header, self.finest)
     }

@@ -138,7 +138,7 @@ impl Settings {
 
     /// `<plate><metadata key="plater_id" value="1"/><model_instance>...</model_instance></plate>`.
     fn read_plate(&mut self, xml: &mut Xml<'_>, budget: &mut Budget) -> Result<(), LoadError> {
-        // Without a number it comes after those before.
+        // Plates without a number follow those before.
         let mut plate = self.plates.values().max().map_or(1, |last| last.saturating_add(1));
         let mut items = Vec::new();
         xml.children(|xml, tag| {

@@ -676,7 +676,7 @@ fn plates_of_a_project_are_side_by_side() {
     for plates in [&[one][..], &[]] {
         assert!(near(places(plates)[3], [120.0, -217.2, 0.0]), "{plates:?}");
     }
-    // What lies on none is by itself.
+    // Items on no plate form a group of their own.
     let found = places(&three[..2]);
     assert!(near(found[0], [100.0, 90.0, 0.0]) && found[2][1] > 0.0, "{found:?}");
 }

@@ -28,7 +28,7 @@ impl ConvexHull {
         Self(corners)
     }
 
-    /// Its edges, each from one corner to the next.
+    /// Edges, each from one corner to the next.
     fn edges(&self) -> impl Iterator<Item = [Point; 2]> {
         let next = self.0.iter().skip(1).chain(self.0.first());
         self.0.iter().zip(next).map(|(a, b)| [*a, *b])
@@ -41,7 +41,7 @@ impl ConvexHull {
         self.0.len() > 2 && self.edges().all(is_left)
     }
 
-    /// Its area.
+    /// Area.
     pub(super) fn area(&self) -> f64 {
         0.5 * self.edges().map(|[a, b]| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
     }

@@ -103,7 +103,7 @@ impl Rule {
         if self.cloud { LEAST } else { SPECK }
     }
 
-    /// The same for so many strays of `all`; `None` if these are too many.
+    /// Least ratio for a number of strays among `all`; `None` if these are too many.
     fn ratio(&self, strays: usize, all: usize) -> Option<f64> {
         if self.cloud {
             (strays <= (all / 10).max(1)).then(|| LEAST + SHARE * strays as f64 / all as f64)
@@ -229,7 +229,7 @@ fn connected(parts: &[Part<'_>], middle: &[f64; 3], radius: f64, all: u64) -> Op
             crowd.strays += 1;
         }
     });
-    // If that is nearly all of the cloud's size, there was no gap.
+    // No gap, if that is nearly all of the cloud's size.
     let whole = parts.iter().fold(Bounds::EMPTY, |b, (mesh, at)| b.union(&mesh.bounds().transformed(at)));
     (reach_of(&crowd.bounds, middle) * LEAST < reach_of(&whole, middle)).then_some(crowd)
 }
@@ -319,7 +319,7 @@ mod tests {
         assert_eq!(scene((0..1000).map(|k| k as f32)).crowd(), None);
         assert_eq!(scene((0..1000).map(|k| near(k) + (k % 2) as f32 * 5000.0)).crowd(), None);
         assert_eq!(scene([0.0, 0.0, 9000.0].into_iter()).crowd(), None);
-        // So many that not all are looked at: of the strays there are fewer than one in a look.
+        // Scenes that are sampled: on average less than one stray is among the samples.
         for strays in [1, 30] {
             let crowd = scene((0..500_000).map(near).chain((0..strays).map(|_| 5000.0))).crowd().unwrap();
             assert_eq!(crowd.strays, strays, "{crowd:?}");
@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn far_points_of_a_cloud_are_strays_in_proportion() {
         let mut next = numbers();
-        // So many strays of 4000, within so many times the size.
+        // Numbers of strays of 4000, and ratios of size.
         let mut with = |strays: u32, reach: f32| {
             cloud(4000, |k| {
                 let own = if k < strays { reach } else { 1.0 };

@@ -20,13 +20,13 @@ const PLATE: f64 = 0.3;
 /// Depth of the centre of mass in the contact, in sides of a square as large as the footprint, at which a body stands.
 const STANDS: f64 = 0.02;
 
-/// The same at which it stands firmly.
+/// Depth of the centre of mass at which it stands firmly, in the same unit.
 const STANDS_FIRMLY: f64 = 0.1;
 
 /// Share of the footprint that is contact below a body that stands firmly.
 const FIRM: f64 = 0.5;
 
-/// The same below a plate.
+/// Share of the footprint that is contact below a plate.
 const FULL: f64 = 0.8;
 
 /// Share of the surface without a counterpart in the mirror, in a body that is alike on both sides.
@@ -52,7 +52,7 @@ pub(super) struct Body<'a> {
 
 /// Contact of a body with a floor.
 struct Contact {
-    /// Its share of the footprint, 0 to 1.
+    /// Share of the footprint, 0 to 1.
     share: f64,
     /// Depth of the centre of mass in it, negative outside, in sides of a square as large as the footprint.
     depth: f64,

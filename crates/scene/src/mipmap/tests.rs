@@ -344,7 +344,7 @@ fn levels_from_a_coarser_one_on_are_those_of_the_image() {
                 assert_eq!(found, expected, "{width} {height} {alpha:?} {finest}");
                 assert_eq!(of_image.width(), (width >> finest).max(1));
 
-                // The same of rows, all of them or some.
+                // Chains of rows, all of them or some.
                 let [w, h] = [of_image.width(), of_image.height()];
                 let layout = BandLayout::new(&crate::texture::full_layout([w, h], &sampler));
                 let levels = crate::texture::layout_down([width, height], &sampler, finest);
