@@ -8,7 +8,7 @@ const FIRST_WORDS: [&str; 7] = ["What", "How", "Of", "Those", "Where", "Whether"
 
 /// Most documentation comments of a package, or of a folder at the top of the tree, that begin with one of these words; of all others
 /// none may. Most of them are texts of `--help` and docstrings. Lower a number when its comments have become better; raise none.
-const AT_MOST: [(&str, usize); 4] = [("bindings/python", 6), ("crates/cli", 27), ("service", 4), ("src", 3)];
+const AT_MOST: [(&str, usize); 4] = [("bindings/python", 6), ("crates/cli", 27), ("service", 3), ("src", 3)];
 
 /// The package, or the folder at the top of the tree, that a source belongs to.
 fn package(path: &str) -> String {
