@@ -18,6 +18,7 @@ mod shading_rate;
 mod specular_antialiasing;
 mod splats;
 mod targets;
+mod tinted_shadows;
 mod transmission;
 mod visibility;
 mod world;

@@ -9,6 +9,8 @@
 use super::picture::Request;
 use overcoat_core::jobs::{Jobs, Scratch};
 use overcoat_scene::{AlphaMode, LazyImage, Material, Revision, Scene, Texture};
+use overcoat_stages::shadow::textures_of_tint;
+use overcoat_tiles::occlusion::asked_for;
 use std::sync::Arc;
 
 /// Memory of the textures that is kept from one picture to the next.
@@ -43,6 +45,10 @@ impl TextureMemory {
             }
             if let AlphaMode::Mask { .. } = material.alpha_mode {
                 want_alpha(scene, material);
+            }
+            if asked_for(options).is_on() {
+                let lists = textures_of_tint(material);
+                lists.for_each(|read| want_all(&scene.textures()[read.texture.index()]));
             }
         }
         self.fetch(jobs, scene);

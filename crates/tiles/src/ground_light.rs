@@ -276,12 +276,18 @@ impl<'a> Shadows<'a> {
             let bound = furthest * lamp.spread + self.radius;
             let may_be_blocked = (square - along.squared()).lt(bound.squared());
             let mut open = l.splat(1.0);
+            let mut tint = None;
             if may_be_blocked.any() {
-                let maps = self.occlusion.maps;
+                let LightOcclusion { maps, tints, .. } = self.occlusion;
                 let found = maps.soft_visibility(l, lamp.number, &position, lamp.spread, furthest);
                 open = may_be_blocked.select(found, open);
+                let soft = || tints.soft_transmittance(l, lamp.number, &position, lamp.spread, furthest);
+                tint = (!tints.is_empty()).then(soft);
             }
-            sum = each!(c => sum[c] + open * lamp.flux[c]);
+            sum = match tint.map(Vec3::to_array) {
+                Some(tint) => each!(c => sum[c] + open * tint[c] * lamp.flux[c]),
+                None => each!(c => sum[c] + open * lamp.flux[c]),
+            };
         }
         sum
     }

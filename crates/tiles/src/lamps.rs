@@ -11,7 +11,7 @@ use overcoat_scene::{Light, LightKind, Scene};
 use overcoat_stages::geometry::View;
 use overcoat_stages::light::{AreaLight, AreaShape, PunctualLight};
 use overcoat_stages::shade::{LampOcclusion, LampPart};
-use overcoat_stages::shadow::{LampMaps, LampPlace, LampSource};
+use overcoat_stages::shadow::{LampMaps, LampPlace, LampSource, LampTints};
 
 /// The lights of a picture.
 #[derive(Debug, Default)]
@@ -37,6 +37,7 @@ struct LampShadows {
     /// follow.
     made_of: (u64, usize),
     maps: LampMaps,
+    tints: LampTints,
     /// Surfaces are shaded with them.
     is_on: bool,
 }
@@ -90,7 +91,7 @@ impl LightMemory {
         if !Shadows::IS_BUILT {
             return Ok(());
         }
-        let Some((blockers, made)) = occlusion.blockers(options) else { return Ok(()) };
+        let Some((blockers, tinted, made)) = occlusion.occluders(options) else { return Ok(()) };
         let map_size = super::occlusion::asked_for(options).map_size as usize;
         let (sources, parts) = sources(scene.lights(), &self.areas, parts_of_lamp(map_size));
         if shadows.made_of == (made, map_size) && shadows.sources == sources {
@@ -104,7 +105,9 @@ impl LightMemory {
             let size = side(finer * map_size, map_size, LampMaps::count(blockers, lamps, pool.jobs));
             lamps.iter_mut().for_each(|lamp| lamp.size = size);
         }
-        shadows.maps = LampMaps::within(&options.limits, blockers, &sized, pool.jobs, options.simd)?;
+        let (limits, jobs, simd) = (&options.limits, pool.jobs, options.simd);
+        shadows.maps = LampMaps::within(limits, blockers, &sized, jobs, simd)?;
+        shadows.tints = LampTints::within(limits, tinted, &sized, jobs, simd)?;
         (shadows.sources, shadows.parts) = (sources, parts);
         shadows.made_of = (made, map_size);
         Ok(())
@@ -122,9 +125,9 @@ impl LightMemory {
 
     /// The same for a floor, whether surfaces are shaded with it or not.
     pub fn shadows_of_ground(&self) -> Option<LampOcclusion<'_>> {
-        let LampShadows { parts, maps, .. } = &self.shadows;
-        let built = Shadows::BUILT.filter(|_| !maps.is_empty())?;
-        Some(LampOcclusion { maps, punctual: self.punctual.len(), parts, built })
+        let LampShadows { parts, maps, tints, .. } = &self.shadows;
+        let built = Shadows::BUILT.filter(|_| !(maps.is_empty() && tints.is_empty()))?;
+        Some(LampOcclusion { maps, tints, punctual: self.punctual.len(), parts, built })
     }
 }
 

@@ -16,7 +16,7 @@ pub mod lamps;
 pub mod light_filter;
 pub mod light_pool;
 pub mod mirror;
-mod occlusion;
+pub mod occlusion;
 pub mod options;
 pub mod pass;
 pub mod quality;

@@ -10,7 +10,7 @@ use overcoat_scene::{Mesh, Revision, Scene, Transform};
 use overcoat_stages::bvh::Hierarchy;
 use overcoat_stages::light::EnvironmentLight;
 use overcoat_stages::shade::{DistantLight, Emitters, LightOcclusion, LobeSamples, TracedLight};
-use overcoat_stages::shadow::{self, Blockers, DepthMaps};
+use overcoat_stages::shadow::{self, Blockers, DepthMaps, TintMaps, Tinted};
 
 /// Lengths below this part of a scene's size mean nothing: rays start so far off their surface.
 const EPSILON: f32 = 3e-6;
@@ -26,8 +26,10 @@ const MOST_REFUSED: usize = 8;
 pub struct OcclusionMemory {
     lights: Vec<DistantLight>,
     blockers: Blockers,
+    tinted: Tinted,
     size: u32,
     maps: DepthMaps,
+    tints: TintMaps,
     traced: TracedScene,
     samples: LobeSamples,
     emitters: Emitters,
@@ -104,9 +106,14 @@ impl OcclusionMemory {
         self.of_scene = None;
         self.refused.clear();
         let blockers = Blockers::of_scene(scene, limits, pool.jobs)?;
+        let tinted = Tinted::of_scene(scene, limits)?;
         if blockers != self.blockers {
             self.moved += 1;
             (self.blockers, self.traced, self.size) = (blockers, TracedScene::default(), 0);
+        }
+        if tinted != self.tinted {
+            self.moved += 1;
+            (self.tinted, self.size) = (tinted, 0);
         }
         self.of_scene = Some(of_scene);
         Ok(())
@@ -127,17 +134,14 @@ impl OcclusionMemory {
         let directions: Vec<_> = lights.iter().map(|light| light.direction).collect();
         self.size = 0;
         self.made += 1;
-        let drawn = DepthMaps::within(
-            &options.limits,
-            &self.blockers,
-            &directions,
-            size as usize,
-            pool.jobs,
-            options.simd,
-        );
+        let (limits, jobs, simd, side) = (&options.limits, pool.jobs, options.simd, size as usize);
+        let drawn =
+            DepthMaps::within(limits, &self.blockers, &directions, side, jobs, simd).and_then(|maps| {
+                Ok((maps, TintMaps::within(limits, &self.tinted, &directions, side, jobs, simd)?))
+            });
         match drawn {
-            Ok(maps) => {
-                (self.maps, self.lights, self.size) = (maps, lights, size);
+            Ok((maps, tints)) => {
+                (self.maps, self.tints, self.lights, self.size) = (maps, tints, lights, size);
                 Ok(())
             }
             Err(limit) => {
@@ -160,12 +164,13 @@ impl OcclusionMemory {
     /// until then.
     pub fn maps_of_ground(&self) -> Option<(LightOcclusion<'_>, u64)> {
         let built = Shadows::BUILT?;
-        Some((LightOcclusion { lights: &self.lights, maps: &self.maps, built }, self.made))
+        let Self { lights, maps, tints, .. } = self;
+        Some((LightOcclusion { lights, maps, tints, built }, self.made))
     }
 
-    /// Occluders, if they were asked for, and their number among all that there were.
-    pub fn blockers(&self, options: &RenderOptions) -> Option<(&Blockers, u64)> {
-        asked_for(options).is_on().then_some((&self.blockers, self.moved))
+    /// Occluders and tinted surfaces, if they were asked for, and their number among all that there were.
+    pub fn occluders(&self, options: &RenderOptions) -> Option<(&Blockers, &Tinted, u64)> {
+        asked_for(options).is_on().then_some((&self.blockers, &self.tinted, self.moved))
     }
 
     /// Scene that rays are traced in; `None` without rays.

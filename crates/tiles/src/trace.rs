@@ -190,6 +190,7 @@ pub fn depth_maps(of: &LightOcclusion<'_>) -> u128 {
     });
     feed(&mut hasher, lights);
     feed(&mut hasher, of.maps.texels().iter().map(|word| word.to_le_bytes()));
+    feed(&mut hasher, of.tints.texels().iter().map(|word| word.to_le_bytes()));
     hasher.digest128()
 }
 
@@ -199,6 +200,7 @@ pub fn lamp_maps(of: &LampOcclusion<'_>) -> u128 {
     let parts = of.parts.iter().flat_map(|part| part.position.into_iter().chain([part.area]));
     feed(&mut hasher, parts.map(f32::to_le_bytes));
     feed(&mut hasher, of.maps.texels().iter().map(|word| word.to_le_bytes()));
+    feed(&mut hasher, of.tints.texels().iter().map(|word| word.to_le_bytes()));
     hasher.digest128()
 }
 

@@ -6,13 +6,13 @@
 
 use super::ShadeContext;
 use super::effects::Effect;
-use super::occlusion::{LobeShares, is_coat, share};
+use super::occlusion::{Arriving, LobeShares, is_coat, share};
 use super::record::{get, get_vector, put};
 use super::surface::SurfacePlace;
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::light::{AreaLight, AreaShape, LUMINANCE, LightSample, PunctualLight};
-use crate::shadow::{LampMaps, Receiver};
+use crate::shadow::{LampMaps, LampTints, Receiver};
 use overcoat_core::built::{AreaLights, Shadows};
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
@@ -25,6 +25,8 @@ use overcoat_shading::coat::EnvironmentQuery;
 pub struct LampOcclusion<'a> {
     /// Depth maps of each: first the lights without extent, by their number, then [`LampOcclusion::parts`].
     pub maps: &'a LampMaps,
+    /// Maps of the surfaces that tint the light of each.
+    pub tints: &'a LampTints,
     /// Number of lights without extent.
     pub punctual: usize,
     /// Parts of rectangles and tubes.
@@ -143,7 +145,7 @@ impl LampOcclusion<'_> {
                 let (mut open, mut all) = (Vec3::zero(l), Vec3::zero(l));
                 for light in lights {
                     let LightSample { direction, irradiance, .. } = light.sample(l, receiver.position);
-                    let seen = self.maps.visibility(l, light.number as usize, receiver);
+                    let seen = self.arriving(l, light.number as usize, receiver).share;
                     let light = irradiance * receiver.normal.dot(direction).at_least(0.0);
                     all += light;
                     open += light * seen;
@@ -151,7 +153,7 @@ impl LampOcclusion<'_> {
                 for (number, part) in self.parts.iter().enumerate() {
                     let Some(light) = area_lights.get(part.light as usize) else { continue };
                     let (towards, angle) = seen_from(l, light, part, receiver.position);
-                    let seen = self.maps.visibility(l, self.punctual + number, receiver);
+                    let seen = self.arriving(l, self.punctual + number, receiver).share;
                     let cosine = receiver.normal.dot(towards).at_least(0.0);
                     let light = Vec3::splat(l, light.radiance) * angle * cosine;
                     all += light;
@@ -162,7 +164,15 @@ impl LampOcclusion<'_> {
         )
     }
 
-    /// Visibility of a light without extent from surfaces, 0 to 1.
+    /// Light of a lamp that arrives at surfaces, past what blocks it and through what tints it.
+    #[inline(always)]
+    fn arriving<L: Lanes>(&self, l: L, number: usize, receiver: &Receiver<L>) -> Arriving<L> {
+        let visible = self.maps.visibility(l, number, receiver);
+        let is_tinted = !self.tints.is_empty() && visible.gt(l.zero()).any();
+        Arriving::new(visible, is_tinted.then(|| self.tints.transmittance(l, number, receiver)))
+    }
+
+    /// Share of each colour of the light of a source without extent that arrives at surfaces, 0 to 1.
     #[inline(never)]
     pub(super) fn of_light<L: Lanes>(
         &self,
@@ -171,15 +181,15 @@ impl LampOcclusion<'_> {
         material: &Material,
         light: &PunctualLight,
         planes: &SurfacePlanes,
-    ) -> L::F {
+    ) -> V3<L> {
         l.run(
             #[inline(always)]
             || {
                 let number = light.number as usize;
                 if number >= self.punctual {
-                    return l.splat(1.0);
+                    return Vec3::splat(l, [1.0; 3]);
                 }
-                self.maps.visibility(l, number, &receiver(l, context, material, planes))
+                self.arriving(l, number, &receiver(l, context, material, planes)).share
             },
         )
     }
@@ -205,14 +215,14 @@ impl LampOcclusion<'_> {
         for (number, part) in self.parts.iter().enumerate() {
             let Some(light) = context.area_lights.get(part.light as usize) else { continue };
             let (towards, angle) = seen_from(l, light, part, receiver.position);
-            let visible = self.maps.visibility(l, self.punctual + number, &receiver);
+            let arriving = self.arriving(l, self.punctual + number, &receiver);
             let flux = Vec3::splat(l, light.radiance) * angle;
             let weight = flux * normal.dot(towards).at_least(0.0);
             all += weight;
-            open += weight * visible;
-            base.add(towards, flux, angle, visible);
+            open += weight * arriving.share;
+            base.add(towards, (flux, angle), &arriving);
             if material.coat > 0.0 {
-                coat.add(towards, flux, angle, visible);
+                coat.add(towards, (flux, angle), &arriving);
             }
         }
         put(planes, layout::LAMPS_DIFFUSE_SEEN, share(l, open, all).to_array());

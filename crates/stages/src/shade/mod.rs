@@ -21,6 +21,7 @@ mod reader;
 mod record;
 mod refraction;
 mod surface;
+mod tint;
 mod traced;
 mod transmission;
 mod variation;

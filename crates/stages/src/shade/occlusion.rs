@@ -16,7 +16,7 @@ use super::ShadeContext;
 use super::effects::Effect;
 use super::record::{get, get_vector, put};
 use crate::gbuffer::layout::{self, SurfacePlanes};
-use crate::shadow::DepthMaps;
+use crate::shadow::{DepthMaps, TintMaps};
 use overcoat_core::built::Shadows;
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
@@ -41,6 +41,8 @@ pub struct LightOcclusion<'a> {
     pub lights: &'a [DistantLight],
     /// Depth map of each direction.
     pub maps: &'a DepthMaps,
+    /// Map of the surfaces that tint the light of each direction.
+    pub tints: &'a TintMaps,
     /// Shadows are compiled in.
     pub built: Shadows,
 }
@@ -124,6 +126,24 @@ pub(super) fn is_coat<L: Lanes>(l: L, planes: &SurfacePlanes, query: &Environmen
 /// The least square of GGX's alpha by which directions are weighted: a lobe that lies between them sees its neighbours.
 const LEAST_ALPHA_2: f32 = 0.03;
 
+/// Light from one direction, as it arrives.
+#[derive(Clone, Copy)]
+pub(super) struct Arriving<L: Lanes> {
+    /// Share of each colour.
+    pub share: V3<L>,
+    /// Open part of the direction: the largest of these shares, as what is tinted sends less than what is blocked.
+    pub open: L::F,
+}
+
+impl<L: Lanes> Arriving<L> {
+    /// From what is visible, and what tinted surfaces leave of it.
+    #[inline(always)]
+    pub(super) fn new(visible: L::F, tint: Option<V3<L>>) -> Self {
+        let Some(tint) = tint else { return Self { share: Vec3::uniform(visible), open: visible } };
+        Self { share: tint * visible, open: visible * tint.x.max(tint.y).max(tint.z) }
+    }
+}
+
 /// Sums over the directions for one lobe.
 #[derive(Clone, Copy)]
 pub(super) struct LobeShares<L: Lanes> {
@@ -153,19 +173,19 @@ impl<L: Lanes> LobeShares<L> {
         }
     }
 
-    /// Adds light from one direction, of a flux and a solid angle. GGX's D(h) where the view is the mirror direction: the half vector lies half as far from the normal
-    /// as the light from the direction, (n.h)^2 = (1 + c) / 2.
+    /// Adds light from one direction, of a flux and a solid angle. GGX's D(h) where the view is the mirror direction: the half
+    /// vector lies half as far from the normal as the light from the direction, (n.h)^2 = (1 + c) / 2.
     #[inline(always)]
-    pub(super) fn add(&mut self, towards: V3<L>, flux: V3<L>, solid_angle: L::F, visible: L::F) {
+    pub(super) fn add(&mut self, towards: V3<L>, (flux, solid_angle): (V3<L>, L::F), arriving: &Arriving<L>) {
         let cosine = self.normal.dot(towards).at_least(0.0);
         let c = self.direction.dot(towards);
         let weight = cosine / (c.one_minus() + self.alpha_2 * (c + 1.0)).squared();
         let flux = flux * weight;
         self.all += flux;
-        self.open += flux * visible;
+        self.open += flux * arriving.share;
         let angle = weight * solid_angle;
         self.all_angle = self.all_angle + angle;
-        self.open_angle = self.open_angle + angle * visible;
+        self.open_angle = self.open_angle + angle * arriving.open;
     }
 
     /// Open shares of light and of solid angle.
@@ -212,6 +232,8 @@ fn look_up<L: Lanes>(
     let (mut angle, mut open_angle) = (l.zero(), l.zero());
 
     let start = of.maps.lifted(l, &position.to_array(), &face.to_array());
+    let is_tinted = !of.tints.is_empty();
+    let tint_start = of.tints.lifted(l, &position.to_array(), &face.to_array());
     for (number, light) in of.lights.iter().enumerate().skip(first).step_by(step) {
         let towards = Vec3::splat(l, light.direction);
         // The surface itself is in the way of what comes from below.
@@ -223,18 +245,20 @@ fn look_up<L: Lanes>(
         } else {
             l.zero()
         };
+        let tint = (is_tinted && above.any()).then(|| of.tints.transmittance(l, number, &tint_start));
+        let arriving = Arriving::new(visible, tint);
         let cosine = normal.dot(towards).at_least(0.0);
         let own = Vec3::splat(l, light.flux);
         let flux = own * cosine;
         all += flux;
-        open += flux * visible;
+        open += flux * arriving.share;
         let weight = cosine * light.solid_angle;
         angle = angle + weight;
-        open_angle = open_angle + weight * visible;
+        open_angle = open_angle + weight * arriving.open;
         let solid_angle = l.splat(light.solid_angle);
-        base.add(towards, own, solid_angle, visible);
+        base.add(towards, (own, solid_angle), &arriving);
         if has_coat {
-            coat.add(towards, own, solid_angle, visible);
+            coat.add(towards, (own, solid_angle), &arriving);
         }
     }
 

@@ -1,5 +1,6 @@
 //! The triangles that light cannot pass.
 
+use super::bounds::{bounding_sphere, corners_of};
 use overcoat_core::jobs::Jobs;
 use overcoat_scene::Wrap;
 
@@ -50,33 +51,30 @@ impl Cutout {
     /// True if the nearest texel's alpha, multiplied by a factor, reaches the cutoff.
     #[must_use]
     pub fn is_present(&self, uv: [f32; 2], factor: f32) -> bool {
-        let place = |k: usize| {
-            let size = self.size[k] as f32;
-            let turn = match self.wrap[k] {
-                Wrap::Repeat => uv[k] - uv[k].floor(),
-                Wrap::MirroredRepeat => 1.0 - ((uv[k] * 0.5 - (uv[k] * 0.5).floor()) * 2.0 - 1.0).abs(),
-                Wrap::ClampToEdge => uv[k],
-            };
-            // What is no number counts as 0, and a cast of floats keeps to what the integers have.
-            ((turn * size) as usize).min(self.size[k].saturating_sub(1))
-        };
-        let alpha = self.alphas.get(place(1) * self.size[0] + place(0)).copied().unwrap_or(0);
+        let alpha = self.alphas.get(nearest_texel(self.size, self.wrap, uv)).copied().unwrap_or(0);
         f32::from(alpha) * (1.0 / 255.0) * factor >= self.cutoff
     }
 }
 
-/// Corners that are looked at by one thread.
-const POSITIONS_PER_JOB: usize = 1 << 16;
+/// Index of the texel that a place lies in.
+pub(super) fn nearest_texel(size: [usize; 2], wrap: [Wrap; 2], uv: [f32; 2]) -> usize {
+    let place = |k: usize| {
+        let turn = match wrap[k] {
+            Wrap::Repeat => uv[k] - uv[k].floor(),
+            Wrap::MirroredRepeat => 1.0 - ((uv[k] * 0.5 - (uv[k] * 0.5).floor()) * 2.0 - 1.0).abs(),
+            Wrap::ClampToEdge => uv[k],
+        };
+        // What is no number counts as 0, and a cast of floats keeps to what the integers have.
+        ((turn * size[k] as f32) as usize).min(size[k].saturating_sub(1))
+    };
+    place(1) * size[0] + place(0)
+}
 
 impl Blockers {
     /// The corners of a triangle, if they exist and are finite.
     #[must_use]
     pub fn corners(&self, triangle: &[u32; 3]) -> Option<[[f32; 3]; 3]> {
-        let mut corners = [[0.0; 3]; 3];
-        for (corner, number) in corners.iter_mut().zip(triangle) {
-            *corner = *self.positions.get(*number as usize)?;
-        }
-        corners.as_flattened().iter().all(|c| c.is_finite()).then_some(corners)
+        corners_of(&self.positions, triangle)
     }
 
     /// Bytes that they take.
@@ -92,57 +90,6 @@ impl Blockers {
     /// A sphere around all corners that are finite: its centre is the middle of the box around them; `None` if there are none.
     #[must_use]
     pub fn bounding_sphere(&self, jobs: &Jobs) -> Option<([f32; 3], f32)> {
-        let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-        for part in self.for_each_part(jobs, box_around) {
-            for k in 0..3 {
-                bounds[0][k] = smaller(part[0][k], bounds[0][k]);
-                bounds[1][k] = larger(part[1][k], bounds[1][k]);
-            }
-        }
-        let [low, high] = bounds;
-        if (0..3).any(|k| low[k] > high[k]) {
-            return None;
-        }
-        let centre = std::array::from_fn(|k| low[k] * 0.5 + high[k] * 0.5);
-        let squares = self.for_each_part(jobs, |positions| furthest(positions, centre));
-        let square = squares.into_iter().fold(0.0, |most, square| if square > most { square } else { most });
-        Some((centre, square.sqrt() as f32))
+        bounding_sphere(&self.positions, jobs)
     }
-
-    /// `f` of the positions, many at a time.
-    fn for_each_part<T: Send>(&self, jobs: &Jobs, f: impl Fn(&[[f32; 3]]) -> T + Sync) -> Vec<T> {
-        let parts: Vec<_> = self.positions.chunks(POSITIONS_PER_JOB).collect();
-        jobs.map_each(&parts, |part| f(part))
-    }
-}
-
-/// The least and the largest finite coordinates of points.
-fn box_around(positions: &[[f32; 3]]) -> [[f32; 3]; 2] {
-    let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-    for position in positions.iter().filter(|position| position.iter().all(|c| c.is_finite())) {
-        for k in 0..3 {
-            bounds[0][k] = smaller(position[k], bounds[0][k]);
-            bounds[1][k] = larger(position[k], bounds[1][k]);
-        }
-    }
-    bounds
-}
-
-/// The square of the largest finite distance of points from a centre.
-fn furthest(positions: &[[f32; 3]], centre: [f32; 3]) -> f64 {
-    positions.iter().fold(0.0, |most, position| {
-        let [x, y, z]: [f64; 3] = std::array::from_fn(|k| f64::from(position[k]) - f64::from(centre[k]));
-        let square = x * x + y * y + z * z;
-        if square > most && square.is_finite() { square } else { most }
-    })
-}
-
-/// The smaller of two numbers.
-pub(super) fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// The larger of two numbers.
-pub(super) fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }

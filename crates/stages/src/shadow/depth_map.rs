@@ -4,6 +4,7 @@
 //! the outermost surface at the centre of each texel.
 
 use super::blockers::Blockers;
+use super::bounds::mapped_sphere;
 use super::slab::Slab;
 use overcoat_core::dispatch_available;
 use overcoat_core::each;
@@ -64,7 +65,7 @@ const MAPS_PER_JOB: usize = 4;
 pub(super) const LIFT: f32 = 1.0;
 
 /// Least part of the light that counts as all of it.
-const LEAST_LIT: f32 = 0.914;
+pub(super) const LEAST_LIT: f32 = 0.914;
 
 /// Two unit vectors that are perpendicular to a unit vector and to each other: Duff et al. 2017, "Building an orthonormal basis,
 /// revisited".
@@ -200,10 +201,9 @@ impl DepthMaps {
         level: SimdLevel,
     ) -> (Self, u64) {
         let size = size.clamp(SIZES[0], SIZES[1]);
-        let Some((centre, radius)) = blockers.bounding_sphere(jobs) else { return (Self::default(), 0) };
-        // A single point is as large as a number can tell, and no scale is infinite.
-        let least = centre.iter().fold(1e-30, |m, c| if c.abs() * 1e-6 > m { c.abs() * 1e-6 } else { m });
-        let radius = if radius > least { radius } else { least };
+        let Some((centre, radius)) = mapped_sphere(&blockers.positions, jobs) else {
+            return (Self::default(), 0);
+        };
         let maps: Vec<DepthMap> =
             directions.iter().map(|direction| DepthMap::new(*direction, centre, radius, size)).collect();
         let map_len = size * size;

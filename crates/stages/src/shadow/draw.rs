@@ -14,7 +14,8 @@
 //! On maps that are seen from a point, places are divided by the distance along the map's axis, and depth is its inverse, which
 //! is linear there. Triangles that reach nearer than the map begins are cut off there, one by one (`clip.rs`).
 
-use super::blockers::{Blockers, Cutout, Masked, smaller};
+use super::blockers::{Blockers, Cutout, Masked};
+use super::bounds::smaller;
 use super::clip::{Corner, clipped};
 use super::depth_map::{DEEPEST, DepthMap, OUTERMOST};
 use super::slab::{List, Sixteen, Slab};
@@ -75,8 +76,7 @@ fn draw_masked_ones<L: Lanes>(
     size: usize,
     map: &mut [u32],
 ) -> u64 {
-    let projected = Projected::new(l, frame, sixteen, size);
-    let mut bits = (projected.some | projected.cut).bits();
+    let mut bits = candidates(l, frame, sixteen, size);
     let mut work = 1;
     while bits != 0 {
         let k = bits.trailing_zeros() as usize % LANES;
@@ -347,7 +347,7 @@ fn shows_back_one(frame: &DepthMap, corners: &[[f32; 3]; 3]) -> bool {
 }
 
 /// First and last columns, and first and last rows of a triangle; `None` if it has the centre of no texel.
-fn texels_of(corners: &[[f32; 3]; 3], size: usize) -> Option<[[usize; 2]; 2]> {
+pub(super) fn texels_of(corners: &[[f32; 3]; 3], size: usize) -> Option<[[usize; 2]; 2]> {
     let last = (size - 1) as f32;
     let range = |c: usize| {
         let [p, q, r] = corners.map(|corner| corner[c]);
@@ -393,6 +393,25 @@ fn draw_cutout(
     let Some([columns, rows]) = texels_of(&corners, size) else { return 0 };
     // Seen from a point, what is linear in space is not on the map: each corner counts by the inverse of its distance.
     let nearness = if frame.near > 0.0 { corners.map(|corner| corner[2]) } else { [1.0; 3] };
+    for_each_covered(&corners, [columns, rows], |[column, row], w| {
+        let own: [f32; 3] = each!(k => w[k] * nearness[k]);
+        let place = [mean(own, masked.map(|c| c.uv[0])), mean(own, masked.map(|c| c.uv[1]))];
+        if cutout.is_present(place, mean(own, masked.map(|c| c.alpha))) {
+            let depth = mean(w, corners.map(|corner| corner[2]));
+            let depth = -smaller(-smaller(depth, OUTERMOST), -DEEPEST);
+            let texel = &mut map[row * size + column];
+            *texel = (*texel).max(depth.to_bits());
+        }
+    })
+}
+
+/// Calls `f` for the texels whose centres a triangle covers (column, row) with the weights of its corners, not divided by their
+/// sum. Counts the rows that it looks at.
+pub(super) fn for_each_covered(
+    corners: &[[f32; 3]; 3],
+    [columns, rows]: [[usize; 2]; 2],
+    mut f: impl FnMut([usize; 2], [f32; 3]),
+) -> u64 {
     let mut work = 0;
     for row in rows[0]..=rows[1] {
         work += 1;
@@ -402,20 +421,22 @@ fn draw_cutout(
             let w = [weight(b, c), weight(c, a), weight(a, b)];
             let sum = (w[0] + w[1]) + w[2];
             let one_sign = w.iter().all(|w| *w >= 0.0) || w.iter().all(|w| *w <= 0.0);
-            if !one_sign || sum == 0.0 {
-                continue;
-            }
-            let mean = |w: [f32; 3], sum: f32, v: [f32; 3]| ((w[0] * v[0] + w[1] * v[1]) + w[2] * v[2]) / sum;
-            let own: [f32; 3] = each!(k => w[k] * nearness[k]);
-            let of_corners = |v: [f32; 3]| mean(own, (own[0] + own[1]) + own[2], v);
-            let place = [of_corners(masked.map(|c| c.uv[0])), of_corners(masked.map(|c| c.uv[1]))];
-            if cutout.is_present(place, of_corners(masked.map(|c| c.alpha))) {
-                let depth = mean(w, sum, corners.map(|corner| corner[2]));
-                let depth = -smaller(-smaller(depth, OUTERMOST), -DEEPEST);
-                let texel = &mut map[row * size + column];
-                *texel = (*texel).max(depth.to_bits());
+            if one_sign && sum != 0.0 {
+                f([column, row], w);
             }
         }
     }
     work
+}
+
+/// The mean of three numbers by weights.
+pub(super) fn mean(w: [f32; 3], v: [f32; 3]) -> f32 {
+    ((w[0] * v[0] + w[1] * v[1]) + w[2] * v[2]) / ((w[0] + w[1]) + w[2])
+}
+
+/// The triangles of sixteen that cover the centre of a texel of a map, or may: a bit for each.
+#[inline(always)]
+pub(super) fn candidates<L: Lanes>(l: L, frame: &DepthMap, sixteen: &Sixteen, size: usize) -> u16 {
+    let projected = Projected::new(l, frame, sixteen, size);
+    (projected.some | projected.cut).bits()
 }

@@ -3,9 +3,11 @@
 //!
 //! What maps from a point hold is the distance along their axis, in as many steps as [`DepthMaps`](super::DepthMaps) have.
 
-use super::blockers::{Blockers, larger};
+use super::blockers::Blockers;
+use super::bounds::{larger, mapped_sphere};
 use super::depth_map::{DEEPEST, DepthMap, MARGIN, OUTERMOST, SIZES, basis, depth_at, open, pack};
 use super::slab::Slab;
+use super::tint_map::Source;
 use overcoat_core::dispatch_available;
 use overcoat_core::each;
 use overcoat_core::jobs::Jobs;
@@ -103,7 +105,7 @@ pub(super) struct OnMap<L: Lanes> {
     /// Depth in steps.
     pub depth: L::F,
     /// The first texel of the map.
-    first: L::I,
+    pub first: L::I,
 }
 
 /// Least distance at which a lamp's maps begin, as a share of that to the furthest point of the scene.
@@ -186,18 +188,16 @@ impl LampMaps {
         level: SimdLevel,
     ) -> Result<Self, LimitExceeded> {
         let what = || "depth maps of lamps".to_owned();
-        let sphere = if sources.is_empty() { None } else { blockers.bounding_sphere(jobs) };
+        let sphere = if sources.is_empty() { None } else { mapped_sphere(&blockers.positions, jobs) };
         let Some((centre, radius)) = sphere else { return Ok(Self::default()) };
-        let least = centre.iter().fold(1e-30, |m, c| if c.abs() * 1e-6 > m { c.abs() * 1e-6 } else { m });
-        let radius = larger(radius, least);
         // The maps, each with the number of its lamp.
         let mut frames: Vec<(usize, DepthMap)> = Vec::new();
         let mut lamps: Vec<LampMap> = Vec::new();
         let mut texels = 0_usize;
         for (number, source) in sources.iter().enumerate() {
             let size = source.size.clamp(SIZES[0], SIZES[1]);
-            let (projection, own, far) = source.place.frames(centre, radius, size);
-            lamps.push(LampMap::new(source, projection, (texels, own[0], far), radius, size));
+            let (lamp, own) = LampMap::of(source, (centre, radius), texels, size);
+            lamps.push(lamp);
             texels = texels.saturating_add(own.len().saturating_mul(size * size));
             frames.extend(own.into_iter().map(|frame| (number, frame)));
         }
@@ -303,6 +303,31 @@ impl LampMaps {
 }
 
 impl LampMap {
+    /// A lamp's maps of a sphere from a number of texels on, and their frames.
+    pub(super) fn of(
+        source: &LampSource,
+        (centre, radius): ([f32; 3], f32),
+        first: usize,
+        size: usize,
+    ) -> (Self, Vec<DepthMap>) {
+        let (projection, frames, far) = source.place.frames(centre, radius, size);
+        (Self::new(source, projection, (first, frames[0], far), radius, size), frames)
+    }
+
+    /// Texels along a side of its maps.
+    pub(super) fn size(&self) -> usize {
+        self.size
+    }
+
+    /// The light, as maps of tinted surfaces are drawn for it.
+    pub(super) fn source(&self) -> Source {
+        if self.projection == Projection::Parallel {
+            Source::Distant { towards: self.place, step: self.step }
+        } else {
+            Source::Near { position: self.place, far: self.far, texel: self.texel }
+        }
+    }
+
     fn new(
         source: &LampSource,
         projection: Projection,
@@ -397,7 +422,7 @@ impl LampMap {
 
     /// Positions of points on the maps.
     #[inline(always)]
-    fn project<L: Lanes>(&self, l: L, position: V3<L>) -> OnMap<L> {
+    pub(super) fn project<L: Lanes>(&self, l: L, position: V3<L>) -> OnMap<L> {
         let (size, own) = (self.size, self.first as i32);
         let p = position.to_array();
         match self.projection {

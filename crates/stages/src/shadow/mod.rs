@@ -4,9 +4,11 @@
 //! once. What blocks light is a list of triangles in world space ([`Blockers`]); a map holds, for each of its texels, how far
 //! towards the light the outermost of them reaches ([`DepthMap`]). Where a direction stands for light from around it, what lies
 //! below everything has soft shadows (`soft.rs`).
-//! Lamps have maps of their own, seen along a direction or from a point ([`LampMaps`]).
+//! Lamps have maps of their own, seen along a direction or from a point ([`LampMaps`]). Glass and blended surfaces block nothing:
+//! they tint what passes ([`Tinted`], [`TintMaps`], [`LampTints`]).
 
 mod blockers;
+mod bounds;
 mod clip;
 mod depth_map;
 mod draw;
@@ -18,9 +20,14 @@ mod sliver;
 mod soft;
 #[cfg(test)]
 mod tests;
+mod tint_map;
+mod tint_maps;
+mod tinted;
 
 pub use blockers::{Blockers, Cutout, Masked};
 pub use depth_map::{DepthMap, DepthMaps};
 pub use lamp_filter::Receiver;
 pub use lamp_maps::{LampMaps, LampPlace, LampSource};
 pub use of_scene::{Blocking, blocking_draws};
+pub use tint_maps::{LampTints, TintMaps};
+pub use tinted::{Tinted, textures_of_tint, tints};

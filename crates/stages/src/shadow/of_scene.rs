@@ -5,8 +5,9 @@ use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_scene::{AlphaMode, Instance, Material, Mesh, PrimitiveKind, Scene, Texture, Wrap};
 
-/// Texels of a cutout at most; of a larger texture, a smaller mip level is taken. The texels of a depth map are far coarser.
-const CUTOUT_TEXELS: usize = 1 << 20;
+/// Most texels of a cutout are the square of this; of a larger texture, a smaller mip level is taken. The texels of a depth
+/// map are far coarser.
+const CUTOUT_SIDE: u32 = 1024;
 
 /// Corners that are placed by one thread.
 const POSITIONS_PER_JOB: usize = 1 << 13;
@@ -93,7 +94,7 @@ impl Blockers {
             (positions, size_of::<[f32; 3]>()),
             (solid.saturating_add(one_sided), size_of::<[u32; 3]>()),
             (masked, size_of::<Masked>()),
-            (cutouts, CUTOUT_TEXELS),
+            (cutouts, (CUTOUT_SIDE as usize).pow(2)),
         ];
         let bytes = parts.iter().fold(0_usize, |sum, (n, size)| sum.saturating_add(n.saturating_mul(*size)));
         Limits::check(what, bytes as u64, limits.frame_bytes, "frame_bytes")?;
@@ -156,21 +157,26 @@ fn cutout_of(scene: &Scene, material: &Material) -> Cutout {
     let texture = &scene.textures()[reference.texture.index()];
     let sampler = texture.sampler();
     let wrap = [sampler.wrap_u, sampler.wrap_v];
-    let small = texture.levels().find(|level| level.texels.len() <= CUTOUT_TEXELS);
+    let (size, texels) = small_level(texture, CUTOUT_SIDE);
+    Cutout { size, alphas: texels.iter().map(|texel| texel[3]).collect(), wrap, cutoff }
+}
+
+/// Size and texels of the largest level of a texture that has no more texels than a square of this side.
+pub(super) fn small_level(texture: &Texture, side: u32) -> ([usize; 2], Vec<[u8; 4]>) {
+    let small = texture.levels().find(|level| level.texels.len() <= (side as usize).pow(2));
     if let Some(level) = small {
-        let alphas = level.texels.iter().map(|texel| texel[3]).collect();
-        return Cutout { size: [level.width as usize, level.height as usize], alphas, wrap, cutoff };
+        return ([level.width as usize, level.height as usize], level.texels.to_vec());
     }
     // Without smaller levels, some of its texels.
     let image = texture.image();
-    let texels = [image.width(), image.height()];
-    let size = texels.map(|n| n.min(1024));
-    let at = |k: u32, axis: usize| (u64::from(k) * u64::from(texels[axis]) / u64::from(size[axis])) as u32;
-    let alphas = (0..size[1])
+    let whole = [image.width(), image.height()];
+    let size = whole.map(|n| n.min(side));
+    let at = |k: u32, axis: usize| (u64::from(k) * u64::from(whole[axis]) / u64::from(size[axis])) as u32;
+    let texels = (0..size[1])
         .flat_map(|row| (0..size[0]).map(move |column| (column, row)))
-        .map(|(column, row)| image.texel(at(column, 0), at(row, 1)).map_or(0, |texel| texel[3]))
+        .map(|(column, row)| image.texel(at(column, 0), at(row, 1)).unwrap_or_default())
         .collect();
-    Cutout { size: size.map(|n| n as usize), alphas, wrap, cutoff }
+    (size.map(|n| n as usize), texels)
 }
 
 /// One triangle with holes, whose mesh's vertices begin at `first`.

@@ -46,11 +46,11 @@ pub(super) const SEARCH: [[f32; 3]; 9] = [
 /// spokes. On the floor below a ball, with 64 directions of an even sky, the opacity of the shadow is off by 0.008
 /// (1.0), 0.007 (1.15), 0.007 (1.3) of 0.3 one radius from where it stands, and there too light by 0.11, 0.15 and 0.18
 /// of 1.
-const OVERLAP: f32 = 1.15;
+pub(super) const OVERLAP: f32 = 1.15;
 
 /// Part of the way to the edge of the cone below which an occluder counts as outside of it. Less than 1: few places
 /// stand for all that is in it.
-const OUTSIDE: f32 = 0.5;
+pub(super) const OUTSIDE: f32 = 0.5;
 
 impl DepthMaps {
     /// Visibility of the light around a map's direction from points, 0 to 1. The points are in no map themselves, as

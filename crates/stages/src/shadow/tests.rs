@@ -7,6 +7,7 @@ use overcoat_core::math::lanes::{Float, Lanes, Scalar, SimdLevel};
 use overcoat_scene::{Mesh, Wrap, primitives};
 
 mod of_scene;
+mod tints;
 
 fn blockers(mesh: &Mesh, lift: f32) -> Blockers {
     let positions = mesh.positions().iter().map(|p| [p[0], p[1] + lift, p[2]]).collect();

@@ -223,6 +223,11 @@ impl TracedLight<'_> {
                 open += Vec3::select(l.mask(hit), Vec3::zero(l), light);
             }
         }
+        if lobe != TracedLobe::Diffuse
+            && let Some(tint) = self.occlusion.tint_of_lobe(l, lobe.shape(), planes)
+        {
+            open *= tint;
+        }
         let (weights, all, open) = (sent_weight.to_array(), all.to_arrays(), open.to_arrays());
         for (lane, &sender) in senders.places.iter().enumerate().take(LANES) {
             found[sender as usize].add_sent(lobe, weights[lane], each_of(&all, lane), each_of(&open, lane));
