@@ -8,8 +8,8 @@ use super::quality::Visibility;
 use super::timed_pool::TimedPool;
 use overcoat_core::built;
 use overcoat_core::each;
-use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask};
-use overcoat_core::math::vec3::Vec3;
+use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
+use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::{dispatch, dispatch_available};
 use overcoat_scene::{Footing, Scene};
 use overcoat_stages::light::{EnvironmentLight, LUMINANCE};
@@ -84,12 +84,13 @@ impl GroundLight {
             let up = Vec3::splat(l, [0.0, 1.0, 0.0]);
             environment.irradiance_over_pi(l, up).to_arrays()
         });
-        let shadows = Shadows {
+        let mut shadows = Shadows {
             size: self.size,
             irradiance: each!(c in above => c[0]),
             lights: Some(lights),
             ..Shadows::new(&occlusion, footing, planes == 1)
         };
+        shadows.find_tint(pool, level);
         self.texels.clear();
         self.texels.resize(self.size * self.size * planes, 0);
         pool.jobs.for_each_chunk_mut(&mut self.texels, self.size * planes, |row, texels| {
@@ -137,15 +138,26 @@ impl GroundLight {
         let (left, top) = (x.floor(), y.floor());
         let (fx, fy) = (x - left, y - top);
         let (column, row) = (left.to_int(), top.to_int());
-        each!(plane => {
-            let of_row = |row: L::I| {
-                let index = (row * N as i32 + plane as i32) * self.size as i32 + column;
-                let [left, right] = l.gather_pairs_u32(&self.texels, index);
-                left.float_from_bits().lerp(right.float_from_bits(), fx)
-            };
-            of_row(row).lerp(of_row(row + 1), fy)
-        })
+        planes_between(l, (&self.texels, self.size), [column, row], [fx, fy])
     }
+}
+
+/// `N` colours between four texels of a picture that holds them as bits of floats, in each row one colour after the other.
+#[inline(always)]
+fn planes_between<L: Lanes, const N: usize>(
+    l: L,
+    (texels, size): (&[u32], usize),
+    [column, row]: [L::I; 2],
+    [fx, fy]: [L::F; 2],
+) -> [L::F; N] {
+    each!(plane => {
+        let of_row = |row: L::I| {
+            let index = (row * N as i32 + plane as i32) * size as i32 + column;
+            let [left, right] = l.gather_pairs_u32(texels, index);
+            left.float_from_bits().lerp(right.float_from_bits(), fx)
+        };
+        of_row(row).lerp(of_row(row + 1), fy)
+    })
 }
 
 /// Hermite's smooth step of what lies between 0 and 1.
@@ -184,6 +196,10 @@ struct Shadows<'a> {
     lights: Option<&'a LightMemory>,
     /// Texels along a side of the picture.
     size: usize,
+    /// Mean transmittance of the surfaces that tint what arrives of the environment, as bits of floats on a picture of half as
+    /// many texels along a side; empty where nothing does. It has no edges as sharp as those of what blocks light, and looking
+    /// it up takes as long as all the rest.
+    tint: Vec<u32>,
 }
 
 impl<'a> Shadows<'a> {
@@ -210,20 +226,55 @@ impl<'a> Shadows<'a> {
             irradiance: [0.0; 3],
             lights: None,
             size: 0,
+            tint: Vec::new(),
+        }
+    }
+
+    /// Texels along a side of the tint: whole vectors of them, about half of those of the picture.
+    fn size_of_tint(&self) -> usize {
+        self.size / 2 / LANES * LANES
+    }
+
+    /// Finds the tint, if there is one.
+    fn find_tint(&mut self, pool: &TimedPool<'_>, level: SimdLevel) {
+        if self.occlusion.tints.is_empty() {
+            return;
+        }
+        let size = self.size_of_tint();
+        let mut tint = vec![0; size * size * 3];
+        pool.jobs.for_each_chunk_mut(&mut tint, size * 3, |row, texels| {
+            dispatch_available!(level, l => self.tint_row(l, (row, size), texels));
+        });
+        self.tint = tint;
+    }
+
+    /// One row of the tint, in all planes.
+    #[inline(always)]
+    fn tint_row<L: Lanes>(&self, l: L, (row, size): (usize, usize), out: &mut [u32]) {
+        let z = place(l.splat(row as f32), size);
+        for first in (0..size).step_by(LANES) {
+            let x = place(l.lane_indices().to_float() + first as f32, size);
+            let [open, tinted] = self.arriving_tinted(l, [x, z]);
+            for plane in 0..3 {
+                let texels = &mut out[plane * size + first..][..LANES];
+                let values = share(l, tinted[plane], open[plane]).to_array();
+                texels.iter_mut().zip(values).for_each(|(to, value)| *to = value.to_bits());
+            }
         }
     }
 
     /// One row of texels, in all planes.
     #[inline(always)]
     fn row<L: Lanes>(&self, l: L, row: usize, out: &mut [u32]) {
-        let place = |index: L::F| {
-            let bent = (index + 0.5) * (2.0 / self.size as f32) - 1.0;
-            bent * BEND / (bent.abs() * -1.0 + (1.0 + BEND))
-        };
-        let z = place(l.splat(row as f32));
+        let z = place(l.splat(row as f32), self.size);
         for first in (0..self.size).step_by(LANES) {
-            let x = place(l.lane_indices().to_float() + first as f32);
-            let arriving = self.arriving(l, [x, z]);
+            let column = l.lane_indices().to_float() + first as f32;
+            let x = place(column, self.size);
+            let mut arriving = self.arriving(l, [x, z]);
+            if !self.tint.is_empty() {
+                let tint = self.tint_at(l, [column, l.splat(row as f32)]);
+                arriving = each!(c => arriving[c] * tint[c]);
+            }
             let [open, all] = self.of_lights(l, [x, z]);
             let mut put = |plane: usize, values: L::F| {
                 let texels = &mut out[plane * self.size + first..][..LANES];
@@ -260,37 +311,89 @@ impl<'a> Shadows<'a> {
         shadows.irradiance_of_all(l, &lights.punctual, &lights.areas, &receiver).map(Vec3::to_array)
     }
 
-    /// Irradiance of the environment that arrives at places on the floor.
+    /// Irradiance of the environment that arrives at places on the floor, without tint.
     #[inline(always)]
-    fn arriving<L: Lanes>(&self, l: L, [x, z]: [L::F; 2]) -> [L::F; 3] {
-        let [center_x, low, center_z] = self.center;
-        let position = [x * self.reach + center_x, l.splat(low), z * self.reach + center_z];
-        // From there to the middle of the model.
-        let to_middle = Vec3::new(x * -self.reach, l.splat(0.5 * self.height), z * -self.reach);
-        let square = to_middle.dot(to_middle);
+    fn arriving<L: Lanes>(&self, l: L, place: [L::F; 2]) -> [L::F; 3] {
+        let at = self.above(l, place);
         let mut sum = [l.zero(); 3];
         for lamp in &self.lamps {
-            let along = to_middle.dot(Vec3::splat(l, lamp.towards));
-            // The model ends at its height, and within its radius.
-            let furthest = (along + self.radius).at_most(self.height / lamp.towards[1]).at_least(0.0);
-            let bound = furthest * lamp.spread + self.radius;
-            let may_be_blocked = (square - along.squared()).lt(bound.squared());
+            let (may_be_blocked, furthest) = self.reach_of(l, lamp, &at);
             let mut open = l.splat(1.0);
-            let mut tint = None;
             if may_be_blocked.any() {
-                let LightOcclusion { maps, tints, .. } = self.occlusion;
-                let found = maps.soft_visibility(l, lamp.number, &position, lamp.spread, furthest);
+                let maps = self.occlusion.maps;
+                let found = maps.soft_visibility(l, lamp.number, &at.position, lamp.spread, furthest);
                 open = may_be_blocked.select(found, open);
-                let soft = || tints.soft_transmittance(l, lamp.number, &position, lamp.spread, furthest);
-                tint = (!tints.is_empty()).then(soft);
             }
-            sum = match tint.map(Vec3::to_array) {
-                Some(tint) => each!(c => sum[c] + open * tint[c] * lamp.flux[c]),
-                None => each!(c => sum[c] + open * lamp.flux[c]),
-            };
+            sum = each!(c => sum[c] + open * lamp.flux[c]);
         }
         sum
     }
+
+    /// The same, and what is left of it behind surfaces that tint it.
+    #[inline(always)]
+    fn arriving_tinted<L: Lanes>(&self, l: L, place: [L::F; 2]) -> [[L::F; 3]; 2] {
+        let at = self.above(l, place);
+        let LightOcclusion { maps, tints, .. } = self.occlusion;
+        let mut sums = [[l.zero(); 3]; 2];
+        for lamp in &self.lamps {
+            let (may_be_blocked, furthest) = self.reach_of(l, lamp, &at);
+            let (mut open, mut tint) = (l.splat(1.0), Vec3::splat(l, [1.0; 3]));
+            if may_be_blocked.any() {
+                let found = maps.soft_visibility(l, lamp.number, &at.position, lamp.spread, furthest);
+                open = may_be_blocked.select(found, open);
+                tint = tints.soft_transmittance(l, lamp.number, &at.position, lamp.spread, furthest);
+            }
+            let tint = tint.to_array();
+            let light: [L::F; 3] = each!(c => open * lamp.flux[c]);
+            sums[0] = each!(c => sums[0][c] + light[c]);
+            sums[1] = each!(c => sums[1][c] + light[c] * tint[c]);
+        }
+        sums
+    }
+
+    /// Places on the floor, and where the model is from there.
+    #[inline(always)]
+    fn above<L: Lanes>(&self, l: L, [x, z]: [L::F; 2]) -> OnFloor<L> {
+        let [center_x, low, center_z] = self.center;
+        let position = [x * self.reach + center_x, l.splat(low), z * self.reach + center_z];
+        let to_middle = Vec3::new(x * -self.reach, l.splat(0.5 * self.height), z * -self.reach);
+        OnFloor { position, to_middle, square: to_middle.dot(to_middle) }
+    }
+
+    /// Mask of places from which the model may lie before a lamp, and a distance within which it does.
+    #[inline(always)]
+    fn reach_of<L: Lanes>(&self, l: L, lamp: &Lamp, at: &OnFloor<L>) -> (L::M, L::F) {
+        let along = at.to_middle.dot(Vec3::splat(l, lamp.towards));
+        // The model ends at its height, and within its radius.
+        let furthest = (along + self.radius).at_most(self.height / lamp.towards[1]).at_least(0.0);
+        let bound = furthest * lamp.spread + self.radius;
+        ((at.square - along.squared()).lt(bound.squared()), furthest)
+    }
+
+    /// The tint at columns and rows of the picture.
+    #[inline(always)]
+    fn tint_at<L: Lanes>(&self, l: L, texel: [L::F; 2]) -> [L::F; 3] {
+        let size = self.size_of_tint();
+        let scale = size as f32 / self.size as f32;
+        let [x, y] = each!(v in texel => ((v + 0.5) * scale - 0.5).clamp_to(0.0, size as f32 - 1.001));
+        let (left, top) = (x.floor(), y.floor());
+        planes_between(l, (&self.tint, size), [left.to_int(), top.to_int()], [x - left, y - top])
+    }
+}
+
+/// Places on the floor.
+struct OnFloor<L: Lanes> {
+    position: [L::F; 3],
+    /// From there to the middle of the model, and the square of that way.
+    to_middle: V3<L>,
+    square: L::F,
+}
+
+/// Places of texels, counted along a side, from -1 to 1 over the reach.
+#[inline(always)]
+fn place<F: Float>(index: F, size: usize) -> F {
+    let bent = (index + 0.5) * (2.0 / size as f32) - 1.0;
+    bent * BEND / (bent.abs() * -1.0 + (1.0 + BEND))
 }
 
 /// Texels along a side: whole vectors of them.

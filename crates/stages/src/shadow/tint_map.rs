@@ -79,9 +79,31 @@ struct Triangle<'a> {
     number: usize,
     /// Its corners in world space.
     places: &'a [[f32; 3]; 3],
+    /// Facing and transmittance, where they are the same all over it.
+    everywhere: Option<(f32, [f32; 3])>,
 }
 
-impl Triangle<'_> {
+impl<'a> Triangle<'a> {
+    fn new(filter: &'a Filter, number: usize, places: &'a [[f32; 3]; 3], source: Source) -> Self {
+        let mut triangle = Self { filter, number, places, everywhere: None };
+        if matches!(source, Source::Distant { .. }) && filter.is_uniform() {
+            triangle.everywhere = Some(triangle.crossed(source, [1.0, 0.0, 0.0]));
+        }
+        triangle
+    }
+
+    /// Facing and transmittance at a place.
+    fn crossed(&self, source: Source, barycentrics: [f32; 3]) -> (f32, [f32; 3]) {
+        let facing = self.facing(source, barycentrics);
+        let crossing = Crossing {
+            triangle: self.number,
+            barycentrics,
+            cosine: if facing.abs() < 1.0 { facing.abs() } else { 1.0 },
+            is_front: facing > 0.0,
+        };
+        (facing, self.filter.transmittance(&crossing))
+    }
+
     /// The cosine between the normal and the light at a place: negative where that falls on the back.
     fn facing(&self, source: Source, barycentrics: [f32; 3]) -> f32 {
         let [a, b, c] = self.places;
@@ -154,7 +176,7 @@ impl Drawing<'_> {
             Corner { place: self.frame.project_one(&places[k]), uv, alpha: 0.0 }
         };
         let corners = [corner(0), corner(1), corner(2)];
-        let triangle = Triangle { filter, number, places: &places };
+        let triangle = Triangle::new(filter, number, &places, self.source);
         if self.frame.near > 0.0 {
             clipped(corners, self.frame.near).map(|corners| self.part(&triangle, &corners)).sum()
         } else {
@@ -174,29 +196,24 @@ impl Drawing<'_> {
             if !is_owner(&corners, w) {
                 return;
             }
-            let own: [f32; 3] = each!(k => w[k] * nearness[k]);
-            let [u, v] = [0, 1].map(|k| mean(own, part.map(|corner| corner.uv[k])));
             let depth = mean(w, corners.map(|corner| corner[2]));
-            let barycentrics = [u, v, (1.0 - u) - v];
-            let facing = triangle.facing(source, barycentrics);
-            let crossing = Crossing {
-                triangle: triangle.number,
-                barycentrics,
-                cosine: if facing.abs() < 1.0 { facing.abs() } else { 1.0 },
-                is_front: facing > 0.0,
-            };
+            let (facing, left) = triangle.everywhere.unwrap_or_else(|| {
+                let own: [f32; 3] = each!(k => w[k] * nearness[k]);
+                let [u, v] = [0, 1].map(|k| mean(own, part.map(|corner| corner.uv[k])));
+                triangle.crossed(source, [u, v, (1.0 - u) - v])
+            });
             let texel = &mut texels[row * size + column];
-            let left = filter.transmittance(&crossing);
             if left.iter().any(|left| *left < CLEAR) || filter.extinction.is_some() {
                 texel.depth = if depth > texel.depth { depth } else { texel.depth };
             }
             texel.transmittance = each!(k => texel.transmittance[k] * left[k]);
             if let Some(extinction) = filter.extinction {
                 let along = source.towards_light(frame, size, [column, row], depth);
-                let sign = if crossing.is_front { 1 } else { -1 };
+                let is_front = facing > 0.0;
+                let sign = if is_front { 1 } else { -1 };
                 texel.balance += sign;
                 texel.path = each!(k => texel.path[k] + extinction[k] * (along * sign as f32));
-                if crossing.is_front {
+                if is_front {
                     texel.thickness = each!(k => texel.thickness[k] + extinction[k] * filter.thickness);
                 }
             }

@@ -3,11 +3,11 @@
 //! A texel knows the outermost tinted surface and what all together let pass: what lies between two of them is tinted as if it
 //! lay below both.
 
-use super::bounds::mapped_sphere;
+use super::bounds::{larger, mapped_sphere, smaller};
 use super::depth_map::{DEEPEST, DepthMap, LEAST_LIT, LIFT, MARGIN, OUTERMOST, SIZES};
 use super::lamp_filter::Receiver;
 use super::lamp_maps::{LampMap, LampSource, OnMap};
-use super::soft::{DISC, OUTSIDE, OVERLAP, SEARCH};
+use super::soft::{DISC, OUTSIDE, OVERLAP};
 use super::tint_map::{self, Source, WHOLE, WORDS};
 use super::tinted::Tinted;
 use overcoat_core::dispatch_available;
@@ -21,6 +21,13 @@ use overcoat_core::math::vec3::{V3, Vec3};
 const LARGEST: usize = 128;
 const LARGEST_OF_LAMP: usize = 512;
 
+/// Places that are averaged where a shadow has an edge: half as many as of what blocks light, since less is at stake.
+const AVERAGED: usize = DISC.len() / 2;
+
+/// Places at which tinted surfaces are looked for: one in the middle and four around, at their distances from it.
+const SEARCHED: [[f32; 3]; 5] =
+    [[0.0, 0.0, 0.0], [0.6, 0.0, 0.6], [-0.6, 0.0, 0.6], [0.0, 0.6, 0.6], [0.0, -0.6, 0.6]];
+
 /// Maps of one size from several directions.
 #[derive(Clone, Debug, Default)]
 pub struct TintMaps {
@@ -28,6 +35,8 @@ pub struct TintMaps {
     maps: Vec<DepthMap>,
     /// Map by map, row by row.
     words: Vec<u32>,
+    /// First and last columns, first and last rows of each map with tinted texels.
+    extents: Vec<[[f32; 2]; 2]>,
     /// Length of a texel's side.
     texel: f32,
     /// Length of a step of depth.
@@ -101,7 +110,8 @@ impl TintMaps {
             .collect();
         let words = drawn(tinted, &maps, limits, jobs, level)?;
         let maps = maps.into_iter().map(|(map, _, _)| map).collect();
-        Ok(Self { size, maps, words, texel: 2.0 * radius / (size - 2 * MARGIN) as f32, step })
+        let extents = words.chunks_exact(size * size * WORDS).map(|words| extent(words, size)).collect();
+        Ok(Self { size, maps, words, extents, texel: 2.0 * radius / (size - 2 * MARGIN) as f32, step })
     }
 
     /// True if nothing tints light.
@@ -132,6 +142,9 @@ impl TintMaps {
             #[inline(always)]
             || {
                 let [x, y, depth] = self.maps[map].project(l, position);
+                if !self.meets(l, map, [x, y], l.splat(1.0)).any() {
+                    return Vec3::splat(l, [1.0; 3]);
+                }
                 let reach = depth.clamp_to(0.0, OUTERMOST).to_int();
                 filtered(l, (&self.words, self.size), self.first(l, map), [x, y], reach)
             },
@@ -162,11 +175,14 @@ impl TintMaps {
         let [x, y, depth] = self.maps[map].project(l, position);
         let reach = depth.clamp_to(0.0, OUTERMOST).to_int();
         let around = furthest * (spread / self.texel);
+        if !self.meets(l, map, [x, y], around + 1.0).any() {
+            return one;
+        }
         let words = (&self.words[..], self.size);
         let first = self.first(l, map);
         let steepness = self.step / self.texel;
         let (mut found, mut nearness) = (l.zero(), l.zero());
-        for [across, down, off] in SEARCH {
+        for [across, down, off] in SEARCHED {
             let (outermost, _) = nearest(l, words, first, [x + around * across, y + around * down]);
             let distance = (outermost - reach).to_float();
             let tints = (distance * spread * steepness).gt(around * (off * OUTSIDE)) & distance.gt(l.zero());
@@ -180,11 +196,23 @@ impl TintMaps {
         let distance = some.select(found, l.zero()) / some.select(nearness, l.splat(1.0));
         let width = distance * (spread * steepness);
         let mut sum = Vec3::zero(l);
-        for [across, down] in DISC {
-            let (depth, color) = nearest(l, words, first, [x + width * across, y + width * down]);
+        // The first of a sunflower's seeds are one of their own, if they are spread as far.
+        let width = width * std::f32::consts::SQRT_2;
+        for [across, down] in &DISC[..AVERAGED] {
+            let (depth, color) = nearest(l, words, first, [x + width * *across, y + width * *down]);
             sum += Vec3::select(reach.lt(depth), color, one);
         }
-        Vec3::select(some, sum * (1.0 / DISC.len() as f32), one)
+        Vec3::select(some, sum * (1.0 / AVERAGED as f32), one)
+    }
+
+    /// Mask of places on a map that have tinted texels within a distance along both axes.
+    #[inline(always)]
+    fn meets<L: Lanes>(&self, l: L, map: usize, place: [L::F; 2], distance: L::F) -> L::M {
+        let [columns, rows] = self.extents[map];
+        let along = |v: L::F, [first, last]: [f32; 2]| {
+            (v + distance).ge(l.splat(first)) & (v - distance).le(l.splat(last))
+        };
+        along(place[0], columns) & along(place[1], rows)
     }
 
     /// Number of the first texel of a map.
@@ -266,15 +294,26 @@ impl LampTints {
         let [across, down] = towards.any_basis(l);
         let radius = edge.max(texel);
         let mut sum = Vec3::zero(l);
-        for [x, y] in &DISC[..8] {
+        for [x, y] in &DISC[..AVERAGED] {
             // The first of a sunflower's seeds are one of their own.
             let spread = radius * std::f32::consts::SQRT_2;
             let place = center + across * (spread * *x) + down * (spread * *y);
             let OnMap { at, depth, first } = lamp.project(l, place);
             sum += filtered(l, words, first, at, depth.clamp_to(0.0, OUTERMOST).to_int());
         }
-        sum * (1.0 / 8.0)
+        sum * (1.0 / AVERAGED as f32)
     }
+}
+
+/// First and last columns, first and last rows of tinted texels; turned around where there are none.
+fn extent(words: &[u32], size: usize) -> [[f32; 2]; 2] {
+    let mut extent = [[f32::MAX, f32::MIN]; 2];
+    for (texel, _) in words.chunks_exact(WORDS).enumerate().filter(|(_, words)| words[0] & 0xffff != 0) {
+        for (range, at) in extent.iter_mut().zip([texel % size, texel / size]) {
+            *range = [smaller(range[0], at as f32), larger(range[1], at as f32)];
+        }
+    }
+    extent
 }
 
 /// Depth and colour of the texel that a place lies in.
@@ -304,11 +343,6 @@ fn filtered<L: Lanes>(
     reach: L::I,
 ) -> V3<L> {
     let last = (size - 2) as f32;
-    let margin = MARGIN as f32 - 1.0;
-    let inside = |v: L::F| v.ge(l.splat(margin)) & v.le(l.splat(last - margin + 1.0));
-    if !(inside(x) & inside(y)).any() {
-        return Vec3::splat(l, [1.0; 3]);
-    }
     let (x, y) = (x.clamp_to(0.0, last), y.clamp_to(0.0, last));
     let (left, top) = (x.floor(), y.floor());
     let (fx, fy) = (x - left, y - top);

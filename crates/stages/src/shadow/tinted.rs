@@ -237,6 +237,11 @@ impl Filter {
         })
     }
 
+    /// True if transmittance does not depend on the place.
+    pub(super) fn is_uniform(&self) -> bool {
+        self.colors.is_empty() && self.uvs.is_empty()
+    }
+
     /// Transmittance of each colour where light crosses a triangle, without what a volume absorbs.
     pub(super) fn transmittance(&self, crossing: &Crossing) -> [f32; 3] {
         let colored = crossing.is_front || self.two_sided;
