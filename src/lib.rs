@@ -109,7 +109,7 @@ pub mod formats {
 pub mod frame {
     #[doc(inline)]
     pub use overcoat_core::frame::{
-        Aov, AovPlane, Clipping, DisplayImage, DisplayOptions, Frame, PixelFormat, Target,
+        Aov, AovPlane, Clipping, DisplayImage, DisplayOptions, Frame, Meter, PixelFormat, Target,
     };
 }
 

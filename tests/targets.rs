@@ -2,7 +2,7 @@
 
 use crate::common::Shot;
 use overcoat::description::Machine;
-use overcoat::frame::{Aov, DisplayImage, Frame, PixelFormat, Target};
+use overcoat::frame::{Aov, DisplayImage, Frame, Meter, PixelFormat, Target};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::render::{Cancellation, Quality, RenderError, RenderOptions, Renderer};
@@ -140,7 +140,7 @@ fn a_target_holds_the_bytes_of_the_picture_in_its_own_order() {
             }
         }
         // A metered exposure is that of the whole picture.
-        let metered = display.clone().with_meter(true);
+        let metered = display.clone().with_meter(Meter::Always);
         let image = DisplayImage::new(&frame, &metered);
         let region = regions(width, height)[2];
         let mut bytes = vec![0; region[2] as usize * 4 * region[3] as usize];

@@ -238,15 +238,36 @@ fn lights_that_leave_nothing_but_white_are_named_and_metered() {
         (stderr(&output), picture)
     };
     for background in ["transparent", "white", "black"] {
-        let (message, _) = quiet(&["--background", background]);
+        let (message, lowered) = quiet(&["--background", background]);
+        assert!(message.contains(" stops lower; --exposure 0 keeps it"), "{message}");
+        assert!(message.contains("--no-lights") && message.lines().count() == 1, "{message}");
+        assert_eq!(lowered, quiet(&["--background", background, "--exposure", "auto"]).1);
+        let (message, _) = quiet(&["--background", background, "--exposure", "0"]);
         assert!(message.contains("100 percent of the object is white"), "{message}");
         assert!(message.contains("--exposure auto") && message.contains("--no-lights"), "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");
     }
     let told = render(folder, &["lit.glb"]);
-    assert!(told["warnings"][0].as_str().unwrap().contains("--exposure auto"), "{told}");
+    assert!(told["warnings"][0].as_str().unwrap().contains("stops lower"), "{told}");
+    assert!(told["exposure"].as_f64().unwrap() < -4.0, "{told}");
     let sheet = report(folder, &["sheet", "lit.glb", "-o", "sheet.png", "--size", "64"]);
-    assert!(sheet["cells"][0]["warnings"][0].as_str().unwrap().contains("--exposure auto"), "{sheet}");
+    assert!(sheet["cells"][0]["warnings"][0].as_str().unwrap().contains("stops lower"), "{sheet}");
+    let two = report(folder, &["diff", "lit.glb", "lit.glb", "-o", "diff.png", "--size", "64"]);
+    assert_eq!(two["exposure"], told["exposure"], "{two}");
+    let film = report(folder, &["turntable", "lit.glb", "-o", "b.png", "--size", "16", "--frames", "2"]);
+    assert!(film["exposure"].as_f64().unwrap() < -4.0, "{film}");
+    let output = overcoat(folder, &["thumbnail", "lit.glb", "small.png", "--size", "64"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let (_, _, pixels) = read_png(&fs::read(folder.join("small.png")).unwrap());
+    assert!(pixels.chunks(4).any(|p| p[3] == 255 && (60..200).contains(&p[0])), "all is white");
+    // A light as meant changes nothing.
+    file["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = json!(4.0);
+    fs::write(folder.join("meant.glb"), glb(&file, &quad_buffer())).unwrap();
+    let meant = render(folder, &["meant.glb"]);
+    assert_eq!(
+        (meant["exposure"].as_f64(), meant["warnings"].as_array().map(Vec::len)),
+        (Some(0.0), Some(0))
+    );
 
     assert_eq!(quiet(&["--no-lights"]).0, "");
     let (message, direct) = quiet(&["--exposure", "auto"]);

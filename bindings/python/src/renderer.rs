@@ -238,8 +238,10 @@ fn one(
     Limits::check_memory(|| format!("a picture of {pixels} pixels"), pixels.saturating_mul(24))
         .map_err(|e| errors::limit(&e, &e))?;
     let rendered = renderer.render(scene, camera, options).map_err(|e| errors::render(&e))?;
-    let display = display.metered(&rendered.frame);
-    let warnings = losses(scene, camera, options, &display, &rendered.frame, &rendered.stats);
+    let metered = display.metered(&rendered.frame);
+    let asked = (&display, metered.exposure);
+    let warnings = losses(scene, camera, options, asked, &rendered.frame, &rendered.stats);
+    let display = metered;
     let is_filled = options.background == Background::Environment;
     Ok(Drawn { rendered, display, is_filled, warnings })
 }

@@ -4,20 +4,21 @@ use overcoat::Scene;
 use overcoat::frame::{DisplayOptions, Frame};
 use overcoat::render::{RenderOptions, RenderStats};
 use overcoat::scene::Camera;
-use overcoat_cli::losses::{left_out, reduced_light};
+use overcoat_cli::losses::{left_out, lowered_exposure, reduced_light};
 
-/// One sentence for each.
+/// One sentence for each; `display` is as it was asked for, `exposure` that of the picture.
 pub(crate) fn losses(
     scene: &Scene,
     camera: &Camera,
     options: &RenderOptions,
-    display: &DisplayOptions,
+    (display, exposure): (&DisplayOptions, f32),
     frame: &Frame,
     stats: &RenderStats,
 ) -> Vec<String> {
     let mut all: Vec<String> = left_out(scene, options.shading).map(|warning| warning.message).collect();
     all.extend(scene.texture_losses());
     all.extend(reduced_light(stats).map(|warning| warning.message));
+    all.extend(lowered_exposure(display, exposure).map(|warning| warning.message));
     if display.background.is_none() && frame.is_tinted() {
         all.push(
             "glass tints what is behind it, which a picture with one opacity for all colours cannot show: it is grey there; \

@@ -4,7 +4,7 @@ use super::args::CompareModelsArgs;
 use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::{Failure, file_name};
-use super::losses::{clipped, lost_tint, reduced_light, texture_losses};
+use super::losses::{clipped, lost_tint, lowered_exposure, reduced_light, texture_losses};
 use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions};
 use overcoat_core::frame::DisplayImage;
@@ -104,6 +104,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     let mut renderer = draw.renderer();
     let Loaded { scene, mut warnings, .. } = task.load(renderer.jobs(), &mut Stages::default())?;
     let camera = task.camera(&task.source, &scene)?;
+    let display = task.display_of(&scene);
     let mut done = 0;
     let mut render = |model: ShadingModel| {
         task.progress.step(format!("rendering {}", model.name()), done, 1 + models.len() as u32);
@@ -111,7 +112,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         task.options.shading = Some(model);
         let rendered = task.render(&task.source, &mut renderer, &scene, &camera)?;
         // The first one is what others are compared with, at one exposure.
-        task.display = task.display.metered(&rendered.frame);
+        task.display = task.display_of(&scene).metered(&rendered.frame);
         Ok::<_, Failure>((DisplayImage::new(&rendered.frame, &task.display), rendered))
     };
     let (reference, rendered) = render(args.against)?;
@@ -134,6 +135,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     }
     warnings.extend(texture_losses(&scene, &warnings));
     let clipping = task.clipping(&scene, &rendered.frame);
+    warnings.extend(lowered_exposure(&display, task.display.exposure));
     warnings.extend(clipped(&scene, &task.display, clipping));
     warnings.extend(reduced_light(&rendered.stats));
     warnings.extend(lost_tint(rendered.frame.is_tinted(), &task.display));

@@ -5,7 +5,7 @@ use super::camera_report::CameraReport;
 use super::contact::ContactSheet;
 use super::failure::{Failure, file_name};
 use super::input::ModelSource;
-use super::losses::{clipped, lost_tint, reduced_light, texture_losses};
+use super::losses::{clipped, lost_tint, lowered_exposure, reduced_light, texture_losses};
 use super::output_file::is_standard_output;
 use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions};
@@ -147,7 +147,9 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
     }
     task.progress.step("rendering", 0, 2);
     let own = task.render(&task.source, &mut renderer, &first, &camera)?;
-    task.display = task.display_of(&first).metered(&own.frame);
+    let display = task.display_of(&first);
+    task.display = display.metered(&own.frame);
+    warnings.extend(lowered_exposure(&display, task.display.exposure));
     task.progress.step("rendering", 1, 2);
     let other = task.render(&after, &mut renderer, &second, &camera)?;
     for (source, scene, rendered) in [(&task.source, &first, &own), (&after, &second, &other)] {

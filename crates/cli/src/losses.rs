@@ -1,8 +1,7 @@
 //! Losses: what a picture lacks of what its user may expect, found out once it is drawn.
 
 use overcoat_core::color::ToneCurve;
-use overcoat_core::frame::Clipping;
-use overcoat_core::frame::DisplayOptions;
+use overcoat_core::frame::{Clipping, DisplayOptions, Meter};
 use overcoat_load::Warning;
 use overcoat_render::RenderStats;
 use overcoat_scene::{EnvironmentSource, Scene, ShadingModel};
@@ -22,15 +21,16 @@ pub(super) fn texture_losses(scene: &Scene, known: &[Warning]) -> Vec<Warning> {
 /// Most warnings about textures of one model.
 const MOST: usize = 100;
 
-/// All of it, of one picture for a screen.
+/// All of it, of one picture for a screen, as it was asked for and with the exposure that it has.
 pub(super) fn losses(
     scene: &Scene,
     shading: Option<ShadingModel>,
-    display: &DisplayOptions,
+    (display, exposure): (&DisplayOptions, f32),
     tinted: bool,
     clipping: Clipping,
 ) -> Vec<Warning> {
     let warnings = left_out(scene, shading).chain(lost_tint(tinted, display));
+    let warnings = warnings.chain(lowered_exposure(display, exposure));
     warnings.chain(changed_splats(scene, display)).chain(clipped(scene, display, clipping)).collect()
 }
 
@@ -69,11 +69,23 @@ pub(super) fn clipped(scene: &Scene, display: &DisplayOptions, clipping: Clippin
     }
     let percent = lost * 100 / covered;
     let (color, strength) = if white * 2 >= lost { ("white", "bright") } else { ("black", "dark") };
-    let auto = if display.meter { "" } else { "--exposure auto meters it, " };
+    let auto = if display.meter == Meter::Always { "" } else { "--exposure auto meters it, " };
     Some(Warning::new(format!(
         "{percent} percent of the object is {color}: the lights are too {strength} for this exposure; {auto}--no-lights leaves \
          out those of the file"
     )))
+}
+
+/// Exposure that was lowered because lights left too much white.
+pub fn lowered_exposure(display: &DisplayOptions, exposure: f32) -> Option<Warning> {
+    let stops = display.exposure - exposure;
+    let lowered = display.meter == Meter::Overexposed && stops > 0.0;
+    lowered.then(|| {
+        Warning::new(format!(
+            "the lights leave more than a third of the object white: the exposure is {stops:.1} stops lower; --exposure 0 keeps it, \
+             --no-lights leaves out those of the file"
+        ))
+    })
 }
 
 /// Percent of the object that have to be white or black for a warning.

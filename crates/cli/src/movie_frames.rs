@@ -3,10 +3,11 @@
 use super::args::MovieArgs;
 use super::camera_report::CameraReport;
 use super::failure::Failure;
-use super::losses::{clipped, left_out, lost_tint, reduced_light, texture_losses};
+use super::losses::{clipped, left_out, lost_tint, lowered_exposure, reduced_light, texture_losses};
 use super::movie_output::{MovieOutput, MovieWriter};
 use super::render_task::{RenderTask, RenderedPicture};
 use super::report::{self, MovieReport, Versions, VisibilityReport};
+use overcoat_core::frame::Meter;
 use overcoat_core::limits::Limits;
 use overcoat_description::ground_name;
 use overcoat_load::Warning;
@@ -95,9 +96,11 @@ impl MovieFrames {
         let RenderedPicture { pixels, tinted, clipping, exposure, stats } =
             self.task.render_picture(&self.task.source, renderer, scene, camera, for_screen)?;
         if k == 0 {
-            self.warnings.extend(clipped(scene, &self.task.display_of(scene), clipping));
+            let display = self.task.display_of(scene);
+            self.warnings.extend(clipped(scene, &display, clipping));
+            self.warnings.extend(lowered_exposure(&display, exposure));
             // The exposure metered in the first frame holds for all.
-            self.task.display = self.task.display.clone().with_exposure(exposure).with_meter(false);
+            self.task.display = self.task.display.clone().with_exposure(exposure).with_meter(Meter::Never);
             self.orientation = scene.orientation();
             self.camera = Some(CameraReport::new(camera, scene));
         }

@@ -10,6 +10,7 @@ use super::render_report::{RenderReport, Told};
 use super::render_task::{Pixels, RenderTask, RenderedPicture};
 use super::report::{self, Stages};
 use super::terminal_size;
+use overcoat_core::frame::Meter;
 use overcoat_description::{BackgroundChoice, Description};
 use overcoat_image::output::TerminalFormat;
 use overcoat_load::Loaded;
@@ -122,7 +123,7 @@ pub(super) fn carry_out(
     warnings.extend(texture_losses(&scene, &warnings));
     warnings.extend(match target.format() {
         format if format.is_linear() => left_out(&scene, shading).collect(),
-        _ => losses(&scene, shading, &display, tinted, clipping),
+        _ => losses(&scene, shading, (&display, exposure), tinted, clipping),
     });
     warnings.extend(reduced_light(&stats));
     match task.check_coverage(source, &scene, &camera, &stats) {
@@ -134,7 +135,7 @@ pub(super) fn carry_out(
     }
 
     // The metered exposure holds: nobody asks again.
-    let display = display.with_exposure(exposure).with_meter(false);
+    let display = display.with_exposure(exposure).with_meter(Meter::Never);
 
     task.progress.stage("encoding");
     let encoded = stages.time("encode", || target.encode(&pixels, &display))?;

@@ -121,10 +121,11 @@ fn render_cell(
     let tinted = rendered.frame.is_tinted();
     let display = task.display_of(scene);
     let clipping = task.clipping(scene, &rendered.frame);
-    let mut losses = losses(scene, task.options.shading, &display, tinted, clipping);
+    let metered = display.metered(&rendered.frame);
+    let mut losses = losses(scene, task.options.shading, (&display, metered.exposure), tinted, clipping);
     losses.extend(reduced_light(&rendered.stats));
     losses.extend(texture_losses(scene, &loaded.warnings));
-    let display = display.metered(&rendered.frame);
+    let display = metered;
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();
     let coverage = task.check_coverage(source, scene, &camera, &rendered.stats)?;
     report.warnings.extend(coverage.map(|warning| warning.to_string()));

@@ -239,7 +239,8 @@ pub(super) static SCENE: &[Key<Description>] = &[
     .default("0")
     .argument(Argument::new(Group::Display, "exposure", "STOPS|auto").more(|| {
         "auto makes one tenth of the object brighter than 0.7 (linear), by -24 to 24 stops: its 90th percentile of \
-         luminance is metered, of the first frame in moving pictures."
+         luminance is metered, of the first frame in moving pictures. Unless it is set, it is metered as well where the lights \
+         of a scene leave more than a third of the object white; a warning says how much lower it is then."
             .to_owned()
     }))
     .in_requests(),

@@ -3,7 +3,7 @@
 use super::Description;
 use super::error::DescriptionError;
 use overcoat_core::color::ToneCurve;
-use overcoat_core::frame::DisplayOptions;
+use overcoat_core::frame::{DisplayOptions, Meter};
 use overcoat_core::limits::Limits;
 use overcoat_core::math::lanes::SimdLevel;
 use overcoat_render::{Background, Ground, RenderOptions};
@@ -88,9 +88,9 @@ impl Description {
             Limits::check(what, width.saturating_mul(height), limits.output_pixels, "output_pixels")
         })?;
         let (exposure, meter) = match self.exposure {
-            Some(ExposureChoice::Stops(stops)) => (stops, false),
-            Some(ExposureChoice::Auto) => (0.0, true),
-            None => (0.0, false),
+            Some(ExposureChoice::Stops(stops)) => (stops, Meter::Never),
+            Some(ExposureChoice::Auto) => (0.0, Meter::Always),
+            None => (0.0, Meter::Overexposed),
         };
         if !(-64.0..=64.0).contains(&exposure) {
             return Err(DescriptionError::out_of_range(format!(
@@ -148,10 +148,11 @@ impl Description {
     }
 
     /// The way to 8 bits for one scene: colours of splats are what a screen is to show, so without a tone curve unless one
-    /// is asked for or there is anything else in the picture.
+    /// is asked for or there is anything else in the picture; and what is metered where it is overexposed only in a scene with
+    /// lights.
     #[must_use]
     pub fn display_of(&self, scene: &Scene, display: &DisplayOptions) -> DisplayOptions {
-        let mut display = display.clone();
+        let mut display = display.for_lights(!scene.lights().is_empty());
         if self.tone_curve.is_none() && scene.is_display_referred() {
             display.tone_curve = ToneCurve::None;
         }

@@ -36,7 +36,7 @@ pub use rendered::{ReducedLight, RenderStats, Rendered, RenderedImage, RenderedI
 pub use unseen::Unseen;
 
 use builder::Fixed;
-use overcoat_core::frame::{DisplayImage, DisplayOptions, Frame, PixelFormat, Target};
+use overcoat_core::frame::{DisplayImage, DisplayOptions, Frame, Meter, PixelFormat, Target};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::math::arithmetic_is_default;
 use overcoat_scene::{Camera, Scene, ShadingModel};
@@ -181,7 +181,8 @@ impl Renderer {
         if target.format() == PixelFormat::Xrgb8 && display.background.is_none() {
             display.to_mut().background = Some([0; 3]);
         }
-        if display.meter || options.stage_hashes {
+        let meters = display.for_lights(!scene.lights().is_empty()).meter != Meter::Never;
+        if meters || options.stage_hashes {
             let drawn = self.draw(scene, camera, options, Some(&display))?;
             target.copy_from(region, &drawn.frame, &drawn.image);
             self.recycle(drawn.frame);
@@ -249,6 +250,8 @@ impl Renderer {
         let Self { jobs, fixed, memory, cancellation } = self;
         let options = fixed.among(options);
         let cancellation = cancellation.as_ref();
+        let display = display.map(|display| display.for_lights(!scene.lights().is_empty()));
+        let display = display.as_ref();
         let request = Request { jobs, scene, camera, options: &options, display, cancellation };
         jobs.on_worker(|| carry_out(memory, &request))
     }

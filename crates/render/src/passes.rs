@@ -2,7 +2,7 @@
 
 use super::picture::Request;
 use super::tiles::{Found, TileMemory, count_tiles, feedback_tiles, render_tiles};
-use overcoat_core::frame::{Developer, Target, TargetWriter};
+use overcoat_core::frame::{Developer, Meter, Target, TargetWriter};
 use overcoat_core::limits::LimitExceeded;
 use overcoat_stages::shade::Effects;
 use overcoat_tiles::effects::EffectMemory;
@@ -54,7 +54,7 @@ impl PassMemory {
         let &Request { scene, options, display, .. } = request;
         let (kinds, count) = (PassKind::of(frame.states), frame.grid.pixel_count());
         // What is metered is developed when all of it is known.
-        let mut developer = display.filter(|display| !display.meter).map(Developer::new);
+        let mut developer = display.filter(|display| display.meter == Meter::Never).map(Developer::new);
         let writer = target
             .as_ref()
             .zip(developer)

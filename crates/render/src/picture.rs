@@ -10,7 +10,7 @@ use super::setup::unknown_clouds;
 use super::textures::TextureMemory;
 use overcoat_core::built::{AreaLights, CarPaint, Environments, Shadows, Splats};
 use overcoat_core::dispatch_available;
-use overcoat_core::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame, Target};
+use overcoat_core::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame, Meter, Target};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_core::math::arithmetic_is_default;
@@ -208,7 +208,7 @@ impl Drawn {
             exposure: display.map_or(0.0, |display| display.exposure),
             stats: RenderStats::default(),
         };
-        if let Some(display) = display.filter(|display| display.meter) {
+        if let Some(display) = display.filter(|display| display.meter != Meter::Never) {
             let metered = display.metered(&drawn.frame);
             let developer = Developer::new(&metered);
             let (light, open) = (&drawn.frame.pixels, &drawn.frame.transmittance);

@@ -12,7 +12,7 @@ use crate::picture_format::PictureFormat;
 use crate::render_report::{self, RenderReport};
 use crate::render_task::{Pixels, RenderTask, RenderedPicture};
 use crate::report::{self, Stages};
-use overcoat_core::frame::{Aov, DisplayOptions};
+use overcoat_core::frame::{Aov, DisplayOptions, Meter};
 use overcoat_core::limits::Limits;
 use overcoat_description::{Description, Machine, Setting};
 use overcoat_image::output::{
@@ -200,11 +200,11 @@ impl Drawing<'_> {
         warnings.extend(texture_losses(scene, &warnings));
         warnings.extend(match format.is_linear() {
             true => left_out(scene, shading).collect(),
-            false => losses(scene, shading, &display, tinted, clipping),
+            false => losses(scene, shading, (&display, exposure), tinted, clipping),
         });
         warnings.extend(reduced_light(&stats));
         warnings.extend(task.check_coverage(source, scene, &camera, &stats)?);
-        let display = display.with_exposure(exposure).with_meter(false);
+        let display = display.with_exposure(exposure).with_meter(Meter::Never);
         let begun = Instant::now();
         let (files, encoded) = encode_files(&pixels, *format, aovs, request.jpeg_quality, &display)?;
         stages.add("encode", begun.elapsed());

@@ -1,6 +1,6 @@
 //! Linear radiance to 8-bit sRGB.
 
-use super::{Frame, position, rows};
+use super::{Frame, Meter, position, rows};
 use crate::color::ToneCurve;
 use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8_lanes};
 use crate::dispatch_available;
@@ -15,8 +15,8 @@ pub struct DisplayOptions {
     /// Exposure compensation in stops (EV): light is multiplied by 2^exposure. A viewer's linear factor f is
     /// log2(f) stops. Not finite counts as 0, and the factor stays within 2^-64 to 2^64.
     pub exposure: f32,
-    /// Adds [`Frame::metered_exposure`] to the exposure.
-    pub meter: bool,
+    /// When [`Frame::metered_exposure`] is added to the exposure.
+    pub meter: Meter,
     /// Tone curve.
     pub tone_curve: ToneCurve,
     /// Solid colour behind the picture, 8-bit sRGB. It is display light: exposure and tone curve leave it alone,
@@ -31,7 +31,7 @@ impl Default for DisplayOptions {
     fn default() -> Self {
         Self {
             exposure: 0.0,
-            meter: false,
+            meter: Meter::Never,
             tone_curve: ToneCurve::default(),
             background: None,
             simd: SimdLevel::best(),
@@ -48,7 +48,7 @@ impl DisplayOptions {
 
     /// The same with another [`DisplayOptions::meter`].
     #[must_use]
-    pub fn with_meter(self, meter: bool) -> Self {
+    pub fn with_meter(self, meter: Meter) -> Self {
         Self { meter, ..self }
     }
 
@@ -72,11 +72,28 @@ impl DisplayOptions {
 }
 
 impl DisplayOptions {
-    /// The same with the metered exposure of a frame added, if [`DisplayOptions::meter`] is set.
+    /// The same with the metered exposure of a frame added, if [`DisplayOptions::meter`] says so, and never metered again.
     #[must_use]
     pub fn metered(&self, frame: &Frame) -> Self {
-        let exposure = self.exposure + if self.meter { frame.metered_exposure() } else { 0.0 };
-        Self { exposure, meter: false, ..self.clone() }
+        let set = Self { meter: Meter::Never, ..self.clone() };
+        let stops = match self.meter {
+            Meter::Never => 0.0,
+            Meter::Overexposed if DisplayImage::new(frame, &set).clipping(frame).is_overexposed() => {
+                // From the exposure that is set, and never up.
+                let stops = frame.metered_exposure() - self.exposure;
+                if stops < 0.0 { stops } else { 0.0 }
+            }
+            Meter::Overexposed => 0.0,
+            Meter::Always => frame.metered_exposure(),
+        };
+        Self { exposure: self.exposure + stops, ..set }
+    }
+
+    /// The same for pictures of a scene: only lights overexpose.
+    #[must_use]
+    pub fn for_lights(&self, has_lights: bool) -> Self {
+        let spared = self.meter == Meter::Overexposed && !has_lights;
+        Self { meter: if spared { Meter::Never } else { self.meter }, ..self.clone() }
     }
 }
 
@@ -310,7 +327,7 @@ mod tests {
             for background in [[255, 255, 255], [18, 52, 86], [0, 0, 0]] {
                 let options = DisplayOptions {
                     exposure: 3.0,
-                    meter: false,
+                    meter: Meter::Never,
                     tone_curve: curve,
                     background: Some(background),
                     simd: SimdLevel::best(),

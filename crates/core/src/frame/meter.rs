@@ -33,7 +33,27 @@ pub struct Clipping {
     pub black: u64,
 }
 
+/// Occasion on which the exposure of a picture is metered ([`Frame::metered_exposure`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Meter {
+    /// Never: the exposure is as it is set.
+    #[default]
+    Never,
+    /// More than a third of the object is white at the exposure that is set ([`Clipping::is_overexposed`]), in a scene with
+    /// lights: then it is lowered. Renderers take it for [`Meter::Never`] in scenes without lights.
+    Overexposed,
+    /// Always.
+    Always,
+}
+
 impl Clipping {
+    /// True if more than a third of the covered pixels are white.
+    #[must_use]
+    pub fn is_overexposed(&self) -> bool {
+        self.white.saturating_mul(3) > self.covered
+    }
+
     /// Counts some pixels in, as they are in a frame and on a screen.
     pub fn count(&mut self, linear: &[[f32; 4]], display: &[[u8; 4]]) {
         let (mut covered, mut white, mut black) = (0_u32, 0_u32, 0_u32);

@@ -6,7 +6,7 @@ mod target;
 
 pub use display::{Developer, is_tinted};
 pub use display::{DisplayImage, DisplayOptions};
-pub use meter::Clipping;
+pub use meter::{Clipping, Meter};
 pub use target::TargetWriter;
 pub use target::{PixelFormat, Target};
 
