@@ -34,6 +34,12 @@ use std::path::{Path, PathBuf};
 /// Side of a ball in pixels.
 const BALL: u32 = 256;
 
+/// Keys of material files for one channel of a texture: that of the whole, and theirs.
+const PARTS: [(&str, &str); 2] = [
+    ("metallic_roughness_texture", "metallic_texture"),
+    ("metallic_roughness_texture", "roughness_texture"),
+];
+
 /// `overcoat translate`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -461,14 +467,23 @@ fn written(
         match parameter.kind {
             // Also what is switched or named, which no number says.
             Kind::Texture(_) | Kind::Switch(_) | Kind::Name { .. } if (goal.holds)(parameter) => {
-                if let Some(value) = table.get(parameter.name) {
-                    put(parameter.name, value);
+                let parts = PARTS.iter().filter(|(whole, _)| *whole == parameter.name);
+                for name in parts.map(|(_, part)| *part).chain([parameter.name]) {
+                    if let Some(value) = table.get(name) {
+                        put(name, value);
+                    }
                 }
             }
             Kind::Texture(_) | Kind::Switch(_) | Kind::Name { .. } => {}
             _ => {
                 let (numbers, plain) = (parameter.numbers(&found.material), parameter.numbers(&default));
                 if numbers != plain {
+                    let numbers = if parameter.name == "anisotropy_rotation" {
+                        // Files have degrees.
+                        numbers.map(f32::to_degrees)
+                    } else {
+                        numbers
+                    };
                     let numbers = numbers.map(|c| toml::Value::from(short(c)));
                     match &numbers[..parameter.width()] {
                         [one] => put(parameter.name, one),

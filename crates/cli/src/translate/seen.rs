@@ -12,8 +12,14 @@ use overcoat_render::Renderer;
 use overcoat_scene::{Material, MaterialId, Scene, ShadingModel, Texture};
 use serde::Serialize;
 
-/// Largest FLIP of a translation that is written without `--force`.
-pub(super) const BOUND: f64 = 0.12;
+/// Largest FLIP on a sphere of a translation that is written without `--force`: the sphere is nothing but the material.
+const SPHERE_BOUND: f64 = 0.3;
+
+/// The same on the file, most of which other materials may be.
+const FILE_BOUND: f64 = 0.12;
+
+/// Feature without which a target is refused, however much alike the pictures are: a coat is what paint is.
+const COAT: &str = "clear coat";
 
 /// Side of the pictures in pixels.
 const SIDE: u64 = 256;
@@ -26,13 +32,13 @@ pub(super) struct Flip {
     /// On the glTF file itself, where there is one and it can be drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) file: Option<f64>,
-    /// Largest value that is written without `--force`.
-    pub(super) bound: f64,
+    /// Largest values of both that are written without `--force`.
+    pub(super) bounds: [f64; 2],
 }
 
 impl Flip {
     pub(super) fn new(sphere: f64, file: Option<f64>) -> Self {
-        Self { sphere, file, bound: BOUND }
+        Self { sphere, file, bounds: [SPHERE_BOUND, FILE_BOUND] }
     }
 
     /// The lines of a report.
@@ -50,13 +56,21 @@ impl Flip {
     /// # Errors
     /// [`Failure`] with the number, the bound, and what the goal has no place for.
     pub(super) fn check(&self, what: &str, lacks: &[&str], force: bool) -> Result<(), Failure> {
-        let (value, place) = match self.file {
-            Some(file) if file > self.sphere => (file, "on the file"),
-            _ => (self.sphere, "on a sphere"),
+        let [of_sphere, of_file] = self.bounds;
+        // True of no number, too.
+        let is_above = |value: f64, bound: f64| !(value <= bound);
+        let (value, place, bound) = match self.file {
+            Some(file) if is_above(file, of_file) => (file, "on the file", of_file),
+            _ => (self.sphere, "on a sphere", of_sphere),
         };
-        // True of NaN, too.
-        let is_within = value <= BOUND;
-        if force || is_within {
+        if force {
+            return Ok(());
+        }
+        if lacks.contains(&COAT) {
+            let what = format!("{what}, which has no {COAT}: nothing is written; --force writes it without");
+            return Err(Failure::differ(what));
+        }
+        if !is_above(value, bound) {
             return Ok(());
         }
         let lacks = match lacks {
@@ -64,7 +78,7 @@ impl Flip {
             names => format!(", which has no place for {}", names.join(", ")),
         };
         Err(Failure::differ(format!(
-            "{what}{lacks}: FLIP {value:.3} {place} is above {BOUND}, and nothing is written; --force writes it"
+            "{what}{lacks}: FLIP {value:.3} {place} is above {bound}, and nothing is written; --force writes it"
         )))
     }
 }

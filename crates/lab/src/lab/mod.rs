@@ -80,6 +80,9 @@ pub enum LabError {
     /// The picture cannot be made.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A material that is to be translated is black under all light.
+    #[error("the material reflects no light, so that no numbers can be found for it")]
+    Dark,
     /// A number is out of range.
     #[error("{what} is {value}; possible is {range}")]
     OutOfRange {

@@ -10,7 +10,7 @@ use super::Goal;
 use super::positions::places;
 use overcoat_core::math::double;
 use overcoat_scene::parameters::{Kind, PARAMETERS, slots};
-use overcoat_scene::{Flakes, Iridescence, Material, Workflow};
+use overcoat_scene::{Flakes, Iridescence, Lobes, Material, Workflow};
 
 /// Scale of the coordinates of textures at which a pixel shows the whole of each.
 const FAR: f32 = 1e4;
@@ -187,6 +187,17 @@ pub(super) fn starts(material: &Material, same: &Material, goal: &Goal<'_>) -> V
             place.write(&mut middle, 0.5);
         }
     }
-    vec![same.clone(), dyed, tinted, middle]
+    let mut starts = vec![same.clone(), dyed, tinted, middle];
+    let flakes = &material.lobes.flakes;
+    if same.lobes.iridescence.mask.factor > 0.0 && material.lobes.iridescence.mask.factor == 0.0 {
+        // The colour of the replaced base has the film in it.
+        let mut filmed = same.clone();
+        filmed.base_color[..3].copy_from_slice(&flakes.color);
+        starts.push(filmed.clone());
+        filmed.lobes.iridescence.mask = 0.5.into();
+        starts.push(filmed);
+        starts.push(Material { lobes: Lobes { iridescence: Iridescence::default(), ..same.lobes.clone() }, ..same.clone() });
+    }
+    starts
 }
 

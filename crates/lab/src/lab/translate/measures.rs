@@ -1,6 +1,6 @@
 //! Views and lights under which materials are compared, and the distance between what is seen.
 
-use crate::lab::Light;
+use crate::lab::{Light, OVERHEAD};
 
 /// Angles of view, in degrees from the normal.
 const VIEWS: [f64; 5] = [0.0, 25.0, 50.0, 68.0, 80.0];
@@ -14,6 +14,13 @@ const AWAY: [f64; 3] = [35.0, 60.0, 95.0];
 
 /// White light counts as much as half of the highlights of its view under light from one direction.
 const WHITE_WEIGHT: f64 = 2.0;
+
+/// Angles of view in degrees on either side of the edge of the soft box in the mirrored view: where a coat is sharp the edge
+/// is, and where it is not there or rough there is none, however bright the rest.
+const EDGE: [f64; 2] = [OVERHEAD - 1.5, OVERHEAD + 1.5];
+
+/// Weight of each side of the edge.
+const EDGE_WEIGHT: f64 = 6.0;
 
 /// A soft box, as much as all of them.
 const SOFT_WEIGHT: f64 = 4.0;
@@ -52,7 +59,8 @@ pub(super) fn measures() -> Vec<Measure> {
         let white = Measure { view, light: Light::White, weight: WHITE_WEIGHT * area, part: 0 };
         [white, soft].into_iter().chain(highlights).chain(body)
     };
-    VIEWS.into_iter().flat_map(of_view).collect()
+    let of_edge = EDGE.map(|view| Measure { view, light: Light::Overhead, weight: EDGE_WEIGHT, part: 1 });
+    VIEWS.into_iter().flat_map(of_view).chain(of_edge).collect()
 }
 
 /// Sum of the weights of `count` numbers seen.

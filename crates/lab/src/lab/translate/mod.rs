@@ -149,7 +149,7 @@ impl Translator {
     /// same model they are those of the material.
     ///
     /// # Errors
-    /// [`LabError`] if the material is not valid or a model is not built.
+    /// [`LabError`] if the material is not valid, a model is not built, or the material is black under all light.
     pub fn translate(
         &mut self,
         material: &Material,
@@ -163,7 +163,7 @@ impl Translator {
     /// The same for any goal, of a material that reads these textures.
     ///
     /// # Errors
-    /// As [`Translator::translate`].
+    /// As [`Translator::translate`], and [`LabError::Dark`] for a material that reflects nothing.
     pub fn translate_for(
         &mut self,
         material: &Material,
@@ -178,6 +178,9 @@ impl Translator {
         let before = distance(&target, &self.look(&same, goal.model, textures, &spots)?);
         if from == goal.model && same == without_lacks(&same, goal) {
             return Ok(Translation { material: same, before, after: before });
+        }
+        if target.iter().all(|lightness| *lightness == 0.0) {
+            return Err(LabError::Dark);
         }
         let albedo = if loses_color(material, goal) {
             let bare = bare(material);

@@ -5,7 +5,7 @@ use overcoat_scene::parameters::{Kind, PARAMETERS, Parameter};
 use overcoat_scene::{Material, Workflow};
 
 /// Parameters that are found, of those that the model reads and the material has. Others keep their values.
-const FOUND: [&str; 18] = [
+const FOUND: [&str; 19] = [
     "base_color",
     "metallic",
     "roughness",
@@ -18,6 +18,7 @@ const FOUND: [&str; 18] = [
     "coat_ior",
     "coat_extinction",
     "coat_color",
+    "coat_darkening",
     "sheen_color",
     "iridescence",
     "iridescence_ior",
