@@ -35,10 +35,8 @@ use std::path::{Path, PathBuf};
 const BALL: u32 = 256;
 
 /// Keys of material files for one channel of a texture: that of the whole, and theirs.
-const PARTS: [(&str, &str); 2] = [
-    ("metallic_roughness_texture", "metallic_texture"),
-    ("metallic_roughness_texture", "roughness_texture"),
-];
+const PARTS: [(&str, &str); 2] =
+    [("metallic_roughness_texture", "metallic_texture"), ("metallic_roughness_texture", "roughness_texture")];
 
 /// `overcoat translate`
 #[derive(Debug, Args)]
@@ -54,7 +52,8 @@ replaced by what looks the same in mean. Textures stay as they are, relative to 
 texels, dark, middle and bright. Differences are root mean squares of lightness, which is 0 for black and 1 for white.
 
 What was written is read again and drawn: FLIP (0 equal to 1) is its mean over a sphere of 256 pixels and, with a glTF file, over
-the file's own picture. Above 0.12 it is an error, exit code 4, and nothing is written, unless --force is given.
+the file's own picture. Above 0.3 on the sphere or 0.12 on the file it is an error, exit code 4, and nothing is
+written, unless --force is given.
 
 With --into the material takes the place of one of a glTF file, in a copy; normal maps and occlusion of the file stay, other
 textures of that material go. A glTF file in place of the material: each of its materials with a clear coat is translated in a
@@ -85,7 +84,7 @@ pub struct TranslateArgs {
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 
-    /// Write the file although FLIP is above 0.12
+    /// Write the file although FLIP is above 0.3 on a sphere or 0.12 on the file
     #[arg(long)]
     pub force: bool,
 
@@ -304,10 +303,7 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
     let context = Context { resolver: resolver.as_ref(), limits, jobs: &jobs };
     // Numbers and textures are those of the file that is written; the report in its first line is no part of them.
     let made = reread(&written(&found, &goal, file.text(), models, source, Flip::new(0.0, None)), &context)?;
-    let spheres = [
-        seen::sphere_of_file(&file, from, limits)?,
-        seen::sphere_of_file(&made, args.to, limits)?,
-    ];
+    let spheres = [seen::sphere_of_file(&file, from, limits)?, seen::sphere_of_file(&made, args.to, limits)?];
     let flip = Flip::new(seen::between_spheres(spheres, &mut renderer, limits)?, None);
     flip.check(&what, &goal.lacks(material), args.force)?;
     let toml = written(&found, &goal, file.text(), models, source, flip);

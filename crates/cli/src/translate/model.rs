@@ -186,7 +186,8 @@ impl ModelCopy {
             let found = found.map_err(|e| Failure::lab(&e))?;
             let what = self.label(index);
             let lacks = goal.lacks(&material);
-            self.lacks.extend(lacks.into_iter().filter(|name| !self.lacks.contains(name)).collect::<Vec<_>>());
+            self.lacks
+                .extend(lacks.into_iter().filter(|name| !self.lacks.contains(name)).collect::<Vec<_>>());
             self.warnings.extend(unknown(&goal, &material).map(|unknown| format!("{what}: {unknown}")));
             self.put(index, &found, OwnTextures::Kept)?;
         }
@@ -220,7 +221,9 @@ impl ModelCopy {
             let at = place(original);
             let new = self.rewriter.material(index).map_err(|e| Failure::load(&e).at(&self.source))?;
             let spheres = match (meant, at) {
-                (Some(file), _) => [seen::sphere_of_file(file, from, limits)?, seen::sphere_of(&new, &[], to)?],
+                (Some(file), _) => {
+                    [seen::sphere_of_file(file, from, limits)?, seen::sphere_of(&new, &[], to)?]
+                }
                 (None, Some(k)) => {
                     let of = |loaded: &Loaded, model| {
                         seen::sphere_of(&loaded.scene.materials()[k], loaded.scene.textures(), model)
@@ -340,7 +343,8 @@ fn untextured(material: &Material) -> Material {
 pub(super) fn unknown(goal: &Goal<'_>, material: &Material) -> impl Iterator<Item = String> {
     let name = goal.model.name();
     let lacks = goal.lacks(material).into_iter();
-    lacks.map(move |what| format!("{name} does not know {what}: what it looks like is approached by the rest"))
+    lacks
+        .map(move |what| format!("{name} does not know {what}: what it looks like is approached by the rest"))
 }
 
 /// Warnings about textures and parameters of a material that could not be written as they were meant.

@@ -114,9 +114,7 @@ pub(super) fn sphere_of(
 pub(super) fn shade(scene: &mut Scene, model: impl Fn(usize) -> ShadingModel) -> Result<(), Failure> {
     for (k, material) in scene.materials().to_vec().into_iter().enumerate() {
         let material = Material { model: Some(model(k)), ..material };
-        scene
-            .replace_material(MaterialId::from_index(k as u32), material)
-            .map_err(|e| Failure::scene(&e))?;
+        scene.replace_material(MaterialId::from_index(k as u32), material).map_err(|e| Failure::scene(&e))?;
     }
     Ok(())
 }
@@ -152,8 +150,9 @@ fn picture(
     limits: &Limits,
 ) -> Result<DisplayImage, Failure> {
     let picture = description.picture_of(loaded, Machine::default(), limits, renderer.jobs())?;
-    let rendered =
-        renderer.render(&picture.scene, &picture.camera, &picture.options).map_err(|e| Failure::render(&e))?;
+    let rendered = renderer
+        .render(&picture.scene, &picture.camera, &picture.options)
+        .map_err(|e| Failure::render(&e))?;
     Ok(DisplayImage::new(&rendered.frame, &picture.display))
 }
 

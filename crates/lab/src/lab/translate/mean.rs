@@ -196,8 +196,10 @@ pub(super) fn starts(material: &Material, same: &Material, goal: &Goal<'_>) -> V
         starts.push(filmed.clone());
         filmed.lobes.iridescence.mask = 0.5.into();
         starts.push(filmed);
-        starts.push(Material { lobes: Lobes { iridescence: Iridescence::default(), ..same.lobes.clone() }, ..same.clone() });
+        starts.push(Material {
+            lobes: Lobes { iridescence: Iridescence::default(), ..same.lobes.clone() },
+            ..same.clone()
+        });
     }
     starts
 }
-

@@ -86,11 +86,13 @@ impl Goal<'_> {
         let is_absorbing = coated
             && material.lobes.coat.thickness.factor > 0.0
             && material.lobes.coat.extinction != [0.0; 3];
+        let is_filmed = material.has_flakes() && material.lobes.flakes.film_thickness > 0.0;
         let textured = slots().any(|(p, slot)| slot.get(material).is_some() && !(self.holds)(p));
         let mut names: Vec<&'static str> = self.model.leaves_out(material).collect();
         for (name, is_there) in [
             ("coat absorption", is_absorbing && !held("coat_extinction")),
             ("flakes", material.has_flakes() && !held("flakes")),
+            ("films on flakes", is_filmed && !held("flakes") && !self.knows("iridescence")),
             ("orange peel", material.has_orange_peel() && !held("coat_peel")),
             ("scratches", material.has_scratches() && !held("coat_scratches")),
             ("textures", textured),
@@ -223,8 +225,7 @@ impl Translator {
         from: ShadingModel,
         goal: &Goal<'_>,
     ) -> Result<Vec<Spot>, LabError> {
-        let keeps =
-            slots().any(|(parameter, slot)| slot.get(material).is_some() && goal.has(parameter));
+        let keeps = slots().any(|(parameter, slot)| slot.get(material).is_some() && goal.has(parameter));
         if !keeps {
             return Ok(vec![Spot::Mean]);
         }
