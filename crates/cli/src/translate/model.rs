@@ -342,9 +342,10 @@ fn untextured(material: &Material) -> Material {
 /// Warnings about features of a material that a goal has no place for.
 pub(super) fn unknown(goal: &Goal<'_>, material: &Material) -> impl Iterator<Item = String> {
     let name = goal.model.name();
-    let lacks = goal.lacks(material).into_iter();
-    lacks
-        .map(move |what| format!("{name} does not know {what}: what it looks like is approached by the rest"))
+    goal.lacks(material).into_iter().map(move |what| match what {
+        "textures" => "textures of the material are not in the copy, which has their means".to_owned(),
+        _ => format!("{name} does not know {what}: what it looks like is approached by the rest"),
+    })
 }
 
 /// Warnings about textures and parameters of a material that could not be written as they were meant.

@@ -15,7 +15,7 @@ use serde::Serialize;
 /// Largest FLIP on a sphere of a translation that is written without `--force`: the sphere is nothing but the material.
 const SPHERE_BOUND: f64 = 0.3;
 
-/// The same on the file, most of which other materials may be.
+/// Largest FLIP on the file, most of which other materials may be.
 const FILE_BOUND: f64 = 0.12;
 
 /// Feature without which a target is refused, however much alike the pictures are: a coat is what paint is.
@@ -57,8 +57,7 @@ impl Flip {
     /// [`Failure`] with the number, the bound, and what the goal has no place for.
     pub(super) fn check(&self, what: &str, lacks: &[&str], force: bool) -> Result<(), Failure> {
         let [of_sphere, of_file] = self.bounds;
-        // True of no number, too.
-        let is_above = |value: f64, bound: f64| !(value <= bound);
+        let is_above = |value: f64, bound: f64| value > bound || value.is_nan();
         let (value, place, bound) = match self.file {
             Some(file) if is_above(file, of_file) => (file, "on the file", of_file),
             _ => (self.sphere, "on a sphere", of_sphere),

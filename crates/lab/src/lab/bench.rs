@@ -69,7 +69,7 @@ impl Bench {
         self.textured_radiance(material, &[], model, view, light)
     }
 
-    /// The same of a material that reads these textures, by their numbers. Coordinates run from 0 to 1 over 2 metres, of
+    /// Radiance of a material that reads these textures, by their numbers. Coordinates run from 0 to 1 over 2 metres, of
     /// which a pixel shows 0.1 from the middle, more where it is seen from the side.
     ///
     /// # Errors

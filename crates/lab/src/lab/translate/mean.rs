@@ -91,7 +91,7 @@ pub(super) fn replaced(material: &Material, goal: &Goal<'_>, albedo: Option<[f64
         }
     }
     if plain.has_flakes() && !goal.knows("flakes") {
-        let flakes = plain.lobes.flakes.clone();
+        let flakes = plain.lobes.flakes;
         let [of_each, spread] = [flakes.roughness, flakes.spread].map(f64::from);
         let squares = [of_each, spread].map(|x| (x * x) * (x * x));
         let roughness = (squares[0] + squares[1]).sqrt().sqrt().min(1.0) as f32;
@@ -106,7 +106,7 @@ pub(super) fn replaced(material: &Material, goal: &Goal<'_>, albedo: Option<[f64
             texture: None,
         };
         if flakes.film_thickness > 0.0 && goal.knows("iridescence") {
-            // The same film on the base: its phase is the same wherever light comes from.
+            // A film in air has the phase of one in paint: both bend light by the same law from the air above.
             plain.lobes.iridescence = Iridescence {
                 mask: share.into(),
                 ior: flakes.film_ior,
@@ -197,7 +197,7 @@ pub(super) fn starts(material: &Material, same: &Material, goal: &Goal<'_>) -> V
         filmed.lobes.iridescence.mask = 0.5.into();
         starts.push(filmed);
         starts.push(Material {
-            lobes: Lobes { iridescence: Iridescence::default(), ..same.lobes.clone() },
+            lobes: Lobes { iridescence: Iridescence::default(), ..same.lobes },
             ..same.clone()
         });
     }

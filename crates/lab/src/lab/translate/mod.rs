@@ -7,14 +7,14 @@
 //! method of Levenberg (1944) and Marquardt (1963) with derivatives from differences, from a few starts; the best end
 //! counts, and the first of equal ones.
 //!
-//! *Lacks.* What a goal has no place for (flakes, films, orange peel, textures; [`Goal`]) is replaced before the fit by
+//! *Lacks.* Features that a goal has no place for (flakes, films, orange peel, textures; [`Goal`]) are replaced before the fit by
 //! numbers that it has, and the fit is to the mean over it, so that no number of the goal stays as it was because
 //! something that it cannot have lay over it.
 //!
 //! *Textures* that the goal keeps multiply what is found. It is found for three of their texels at once: at the 5th, the
 //! 50th and the 95th percentile of the lightness that they give the material.
 //!
-//! *What no light shows* is held where it was: a number that moves over its whole range costs as much as a difference of
+//! *Numbers that no light shows* are held where they were: a number that moves over its whole range costs as much as a difference of
 //! lightness of [`HOLD`] everywhere.
 
 mod mean;
@@ -104,7 +104,7 @@ impl Goal<'_> {
         names
     }
 
-    /// The same by the name.
+    /// True if it has the parameter of a name.
     pub(super) fn knows(&self, name: &str) -> bool {
         PARAMETERS.iter().any(|parameter| parameter.name == name && self.has(parameter))
     }
@@ -162,10 +162,12 @@ impl Translator {
         Ok(Translation { material: with_textures_of(found.material, material), ..found })
     }
 
-    /// The same for any goal, of a material that reads these textures.
+    /// Parameters for any goal, of a material that reads these textures.
     ///
     /// # Errors
     /// As [`Translator::translate`], and [`LabError::Dark`] for a material that reflects nothing.
+    // For the program: goals are told by the table of parameters, which the library does not show.
+    #[doc(hidden)]
     pub fn translate_for(
         &mut self,
         material: &Material,
