@@ -20,7 +20,7 @@ const FAR: f32 = 1e4;
 pub(super) enum Spot {
     /// All: the coarsest level.
     Mean,
-    /// Those at these texture coordinates, before each texture's own transform.
+    /// Texels at these texture coordinates, before each texture's own transform.
     At([f32; 2]),
 }
 
