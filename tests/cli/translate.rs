@@ -16,7 +16,8 @@ fn what_it_writes_is_a_material_for_the_other_engine() {
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stderr(&output).contains("three does not know coat absorption"), "{}", stderr(&output));
     let told = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(told.lines().count(), 5, "{told}");
+    assert_eq!(told.lines().count(), 6, "{told}");
+    assert!(told.contains("FLIP on a sphere"), "{told}");
     let text = fs::read_to_string(work.path().join("three.toml")).unwrap();
     assert!(text.contains("model = \"three\"") && text.contains("double_sided = true"), "{text}");
     assert!(text.contains("Blue \\\"paint\\\"") || text.contains("'Blue \"paint\"'"), "{text}");
@@ -221,4 +222,110 @@ fn what_cannot_go_into_a_model_is_said_in_a_line() {
         assert!(text.contains(said) && errors.len() == 1, "{args:?}: {text}");
     }
     assert!(names(work.path()).iter().all(|name| !name.starts_with('x')));
+}
+
+/// Mean colour of the pixels that are covered, 0 to 255.
+fn mean_color(picture: &std::path::Path) -> [f64; 3] {
+    let picture = image::open(picture).unwrap().into_rgba8();
+    let covered: Vec<[u8; 4]> = picture.pixels().map(|p| p.0).filter(|p| p[3] == 255).collect();
+    assert!(covered.len() > 500);
+    std::array::from_fn(|c| covered.iter().map(|p| f64::from(p[c])).sum::<f64>() / covered.len() as f64)
+}
+
+/// Paints whose look is all flakes and film have their colours on a car, drawn from the file that was written.
+#[test]
+fn flakes_keep_their_colour_in_a_file_that_has_none() {
+    let work = tempfile::tempdir().unwrap();
+    fs::copy(asset("sports-car.glb"), work.path().join("car.glb")).unwrap();
+    for (paint, to) in [
+        ("silver-metallic", "gltf"),
+        ("chameleon", "gltf"),
+        ("metalflake-red", "gltf"),
+        ("silver-metallic", "openpbr"),
+    ] {
+        let args = [
+            "translate",
+            paint,
+            "--to",
+            to,
+            "--into",
+            "car.glb",
+            "--material",
+            "paint",
+            "--json",
+            "-o",
+            "new.glb",
+        ];
+        let output = overcoat(work.path(), &args);
+        assert!(output.status.success(), "{paint}: {}", stderr(&output));
+        assert!(stderr(&output).contains("does not know flakes"), "{}", stderr(&output));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let flip = report["flip"]["file"].as_f64().unwrap();
+        assert!(flip > 0.0 && flip <= 0.12, "{paint} to {to}: {flip}");
+        let draw = |args: &[&str]| {
+            let size = ["render", "--size", "128x96"];
+            let output = overcoat(work.path(), &[&size, args].concat());
+            assert!(output.status.success(), "{}", stderr(&output));
+        };
+        draw(&["car.glb", "--material", &format!("paint={paint}"), "-o", "source.png"]);
+        draw(&["new.glb", "--shading", to, "-o", "new.png"]);
+        let [source, new] = ["source.png", "new.png"].map(|name| mean_color(&work.path().join(name)));
+        for (a, b) in source.iter().zip(new) {
+            // Codes of the display; what is wrong is another colour, and off by 60 and more.
+            assert!((a - b).abs() < 20.0, "{paint} to {to}: {source:?} {new:?}");
+        }
+        let scene = overcoat::load::model(work.path().join("new.glb")).unwrap().scene;
+        let material = scene.materials().iter().find(|material| material.name == "paint").unwrap();
+        assert!(material.coat > 0.3 && material.coat_roughness < 0.2, "{paint} to {to}: {material:?}");
+    }
+}
+
+/// A file that is there stays as it is where the translation looks too different.
+#[test]
+fn what_looks_too_different_is_refused() {
+    let work = tempfile::tempdir().unwrap();
+    fs::copy(asset("sports-car.glb"), work.path().join("car.glb")).unwrap();
+    let into = ["--into", "car.glb", "--material", "paint", "-o", "good.glb"];
+    for (args, said) in [
+        ([&["chameleon", "--to", "openpbr"][..], &into].concat(), "films on flakes: FLIP 0."),
+        (
+            vec!["wet-stone", "--to", "three", "--into", "car.glb", "--material", "paint", "-o", "good.glb"],
+            "textures: FLIP 0.",
+        ),
+        (vec!["candy-red", "--to", "velvet", "-o", "good.toml"], "no clear coat"),
+        (
+            vec!["hazy-gloss-plastic", "--to", "gltf", "-o", "good.toml", "--picture", "good.png"],
+            "second lobe: FLIP 0.",
+        ),
+    ] {
+        for name in ["good.glb", "good.toml", "good.png"] {
+            fs::write(work.path().join(name), name).unwrap();
+        }
+        let output = overcoat(work.path(), &[&["translate"], &args[..]].concat());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(4), "{args:?}: {text}");
+        assert!(
+            text.contains(said) && text.contains("--force") && text.lines().count() == 1,
+            "{args:?}: {text}"
+        );
+        for name in ["good.glb", "good.toml", "good.png"] {
+            assert_eq!(fs::read_to_string(work.path().join(name)).unwrap(), name, "{args:?}");
+        }
+        let output = overcoat(work.path(), &[&["translate", "--force", "--quiet"], &args[..]].concat());
+        assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""), "{args:?}");
+        let changed = |name: &str| fs::read(work.path().join(name)).unwrap() != name.as_bytes();
+        assert!(changed("good.glb") || changed("good.toml"), "{args:?}");
+    }
+}
+
+/// Degrees, and textures of which a key names one channel, are in the file as they were in that of the source.
+#[test]
+fn a_material_for_its_own_engine_is_written_as_it_was() {
+    let work = tempfile::tempdir().unwrap();
+    for (material, model) in [("brushed-aluminium-lacquered", "filament"), ("gold-leaf-varnished", "gltf")] {
+        let output = overcoat(work.path(), &["translate", material, "--to", model, "--json"]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["flip"]["sphere"].as_f64(), Some(0.0), "{}", report["material"]);
+    }
 }

@@ -153,7 +153,7 @@ mod tests {
             "bench x --rounds 1 --png",
             "materials -o y --size 1 --columns 1",
             "formats --json",
-            "translate candy-red --to three --from stacklit -o x.toml --picture y.png --json --quiet",
+            "translate candy-red --to three --from stacklit -o x.toml --picture y.png --force --json --quiet",
             "lab -o x.svg --over light --from -1 --to 1 --steps 2 --by coat --models three --samples 256 --view 1 --light -1",
             "lab --coat 1 --coat-roughness 1 --coat-ior 1 --thickness 1 --extinction 1,1,1 --base-roughness 1 --metal",
             "lab --summary --random 3",

@@ -2,6 +2,7 @@
 //! difference.
 
 mod model;
+mod seen;
 
 use super::args::{CellArgs, ReportArgs, ThreadArgs};
 use super::contact::ContactSheet;
@@ -13,14 +14,16 @@ use super::report::{self, Reporter, Versions};
 use super::{ball, value_parsers};
 use clap::Args;
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use model::{ModelCopy, is_model, unknown};
+use model::{ModelCopy, goal_in_a_file, is_model, unknown};
+use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
 use overcoat_description::{Machine, MaterialChoice, MaterialSource, builtin};
-use overcoat_lab::lab::{Distance, Translation, Translator};
-use overcoat_load::{Context, MaterialFile, Resolver, resolver_beside};
+use overcoat_lab::lab::{Distance, Goal, Translation, Translator};
+use overcoat_load::{Context, MaterialFile, OwnTextures, Resolver, resolver_beside};
 use overcoat_render::Renderer;
 use overcoat_scene::parameters::{Kind, PARAMETERS, slots};
-use overcoat_scene::{Material, ShadingModel};
+use overcoat_scene::{Material, Scene, ShadingModel};
+use seen::Flip;
 use serde::Serialize;
 use serde::ser::{Error as _, SerializeMap, Serializer};
 use serde_json::value::RawValue;
@@ -31,6 +34,10 @@ use std::path::{Path, PathBuf};
 /// Side of a ball in pixels.
 const BALL: u32 = 256;
 
+/// Keys of material files for one channel of a texture: that of the whole, and theirs.
+const PARTS: [(&str, &str); 2] =
+    [("metallic_roughness_texture", "metallic_texture"), ("metallic_roughness_texture", "roughness_texture")];
+
 /// `overcoat translate`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -40,8 +47,13 @@ const BALL: u32 = 256;
   overcoat translate car.glb --from three --to gltf -o copy.glb
 
 Finds the parameters of --to whose surfaces look most like those of --from: least squares of lightness over five views, under
-white light and light from one direction. Textures stay as they are, relative to the file; parameters are found for where they
-are white. Differences are root mean squares of lightness, which is 0 for black and 1 for white.
+white light and light from one direction. What the other engine or the file has no place for (flakes, films, orange peel) is
+replaced by what looks the same in mean. Textures stay as they are, relative to the file; parameters are found for three of their
+texels, dark, middle and bright. Differences are root mean squares of lightness, which is 0 for black and 1 for white.
+
+What was written is read again and drawn: FLIP (0 equal to 1) is its mean over a sphere of 256 pixels and, with a glTF file, over
+the file's own picture. Above 0.3 on the sphere or 0.12 on the file it is an error, exit code 4, and nothing is
+written, unless --force is given.
 
 With --into the material takes the place of one of a glTF file, in a copy; normal maps and occlusion of the file stay, other
 textures of that material go. A glTF file in place of the material: each of its materials with a clear coat is translated in a
@@ -71,6 +83,10 @@ pub struct TranslateArgs {
     /// File to write: material (.toml), or copy of the glTF file [default: the material is printed]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
+
+    /// Write the file although FLIP is above 0.3 on a sphere or 0.12 on the file
+    #[arg(long)]
+    pub force: bool,
 
     /// Also write a picture of a ball of each material side by side (.png, .webp or .jpg)
     #[arg(long, value_name = "PICTURE")]
@@ -136,6 +152,8 @@ struct Report {
     before: Option<Difference>,
     #[serde(skip_serializing_if = "Option::is_none")]
     after: Option<Difference>,
+    /// FLIP between the material and what was written.
+    flip: Flip,
     /// Materials in the copy of a glTF file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<Written>,
@@ -148,6 +166,8 @@ struct Report {
 struct Written {
     index: usize,
     name: String,
+    /// FLIP on a sphere.
+    flip: f64,
     before: Difference,
     after: Difference,
     /// Members that have new values, by their paths from the material.
@@ -207,17 +227,26 @@ fn tuned(args: &TranslateArgs, source: &Path, limits: &Limits) -> Result<(), Fai
     }
     let mut copy = ModelCopy::open(args, source, &[], &args.material, limits, true)?;
     let from = args.from.unwrap_or_default();
+    let models = [from, args.to];
     check_built(from, args.to)?;
+    let mut renderer = Renderer::new(args.workers.count());
+    let resolver = resolver_beside(source);
+    let jobs = Jobs::new(args.workers.count());
+    let context = Context { resolver: resolver.as_ref(), limits, jobs: &jobs };
     let progress = Progress::new(args.report.quiet);
-    copy.tune([from, args.to], &progress)?;
+    copy.tune(models, &context, &progress)?;
+    progress.stage("drawing");
+    let flip = copy.seen(None, models, &context, &mut renderer)?;
     drop(progress);
-    finish(args, copy, from, None)
+    let what = format!("{} to {}", source.display(), args.to.name());
+    flip.check(&what, &copy.lacks, args.force)?;
+    finish(args, copy, from, flip, None)
 }
 
 /// A material, as a file or in a copy of a glTF file.
 fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> Result<(), Failure> {
     let source = &choice.source;
-    let mut copy = match &args.into {
+    let copy = match &args.into {
         Some(model) => {
             let others: Vec<PathBuf> = source.file().map(Path::to_owned).into_iter().collect();
             let wanted: Vec<String> = choice.name.iter().chain(&args.material).cloned().collect();
@@ -235,29 +264,53 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
         return Err(Failure::usage(what));
     }
     let mut warnings: Vec<String> = file.warnings().map(|warning| warning.to_string()).collect();
-    let material = material_of(&file, limits)?;
+    let scene = scene_of(&file, limits)?;
+    let material = &scene.materials()[0];
     let from = material.shading(args.from);
+    let models = [from, args.to];
     check_built(from, args.to)?;
+    let goal = match copy {
+        Some(_) => goal_in_a_file(args.to, OwnTextures::Replaced),
+        None => Goal::of_a_file(args.to),
+    };
     let progress = Progress::new(args.report.quiet);
     progress.stage(format!("{} to {}", from.name(), args.to.name()));
-    let found = Translator::new().translate(&material, from, args.to).map_err(|e| Failure::lab(&e))?;
-    warnings.extend(unknown(args.to, &material));
-    let toml = written(&found, file.text(), [from, args.to], source);
+    let found = Translator::new().translate_for(material, scene.textures(), from, &goal);
+    let found = found.map_err(|e| Failure::lab(&e))?;
+    warnings.extend(unknown(&goal, material));
+    let what = format!("{} to {}", label(source), args.to.name());
+    progress.stage("drawing");
+    if let Some(mut copy) = copy {
+        copy.paint(&found)?;
+        let model = args.into.as_deref().unwrap_or(Path::new("."));
+        let beside = resolver_beside(model);
+        let jobs = Jobs::new(args.workers.count());
+        let context = Context { resolver: beside.as_ref(), limits, jobs: &jobs };
+        let flip = copy.seen(Some(&file), models, &context, &mut renderer)?;
+        let toml = written(&found, &goal, file.text(), [from, args.to], source, flip);
+        if let Some(picture) = &args.picture {
+            let context = Context { resolver: resolver.as_ref(), limits, jobs: &jobs };
+            let made = reread(&toml, &context)?;
+            flip.check(&what, &goal.lacks(material), args.force)?;
+            balls(args, picture, [(&file, from), (&made, args.to)], limits, &mut renderer)?;
+        }
+        drop(progress);
+        copy.warnings.splice(0..0, warnings);
+        flip.check(&what, &goal.lacks(material), args.force)?;
+        return finish(args, copy, from, flip, Some((toml, found)));
+    }
+    let jobs = Jobs::new(args.workers.count());
+    let context = Context { resolver: resolver.as_ref(), limits, jobs: &jobs };
+    // Numbers and textures are those of the file that is written; the report in its first line is no part of them.
+    let made = reread(&written(&found, &goal, file.text(), models, source, Flip::new(0.0, None)), &context)?;
+    let spheres = [seen::sphere_of_file(&file, from, limits)?, seen::sphere_of_file(&made, args.to, limits)?];
+    let flip = Flip::new(seen::between_spheres(spheres, &mut renderer, limits)?, None);
+    flip.check(&what, &goal.lacks(material), args.force)?;
+    let toml = written(&found, &goal, file.text(), models, source, flip);
     if let Some(picture) = &args.picture {
-        progress.stage("drawing");
-        let context = Context { resolver: resolver.as_ref(), limits, jobs: renderer.jobs() };
-        let written =
-            MaterialFile::from_bytes(toml.as_bytes(), &context).map_err(|e| Failure::material(&e))?;
-        balls(args, picture, [(&file, from), (&written, args.to)], limits, &mut renderer)?;
+        balls(args, picture, [(&file, from), (&made, args.to)], limits, &mut renderer)?;
     }
     drop(progress);
-    if let Some(copy) = &mut copy {
-        copy.paint(&found)?;
-    }
-    if let Some(mut copy) = copy {
-        copy.warnings.splice(0..0, warnings);
-        return finish(args, copy, from, Some((toml, found)));
-    }
     let reporter = Reporter { quiet: args.report.quiet };
     warnings.iter().for_each(|warning| reporter.warning(warning));
     if let Some(output) = args.output.as_ref().filter(|path| !is_standard_output(path)) {
@@ -271,15 +324,29 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
             material: Some(toml),
             before: Some(before),
             after: Some(after),
+            flip,
             materials: Vec::new(),
             warnings,
             versions: Versions::default(),
         });
     }
     match &args.output {
-        Some(path) if !is_standard_output(path) => report::print(&told(&before, &after)),
+        Some(path) if !is_standard_output(path) => report::print(&(told(&before, &after) + &flip.told())),
         _ => report::print(&toml),
     }
+}
+
+/// Name of a material in messages.
+fn label(source: &MaterialSource) -> String {
+    match source {
+        MaterialSource::File(path) => path.display().to_string(),
+        MaterialSource::Builtin(name) => name.to_string(),
+    }
+}
+
+/// A material file that was written, as it is read.
+fn reread(toml: &str, context: &Context<'_>) -> Result<MaterialFile, Failure> {
+    MaterialFile::from_bytes(toml.as_bytes(), context).map_err(|e| Failure::material(&e))
 }
 
 /// Writes a copy and says what is in it.
@@ -287,6 +354,7 @@ fn finish(
     args: &TranslateArgs,
     copy: ModelCopy,
     from: ShadingModel,
+    flip: Flip,
     found: Option<(String, Translation)>,
 ) -> Result<(), Failure> {
     let reporter = Reporter { quiet: args.report.quiet };
@@ -300,12 +368,13 @@ fn finish(
             material,
             before: found.as_ref().map(|found| found.before.into()),
             after: found.as_ref().map(|found| found.after.into()),
+            flip,
             materials: copy.written,
             warnings: copy.warnings,
             versions: Versions::default(),
         });
     }
-    if to_standard_output { Ok(()) } else { report::print(&copy.told()) }
+    if to_standard_output { Ok(()) } else { report::print(&(copy.told() + &flip.of_the_file())) }
 }
 
 fn check_built(from: ShadingModel, to: ShadingModel) -> Result<(), Failure> {
@@ -356,27 +425,28 @@ fn read(
     }
 }
 
-/// The material of a file.
-fn material_of(file: &MaterialFile, limits: &Limits) -> Result<Material, Failure> {
+/// A scene whose first material is that of a file, with its textures.
+fn scene_of(file: &MaterialFile, limits: &Limits) -> Result<Scene, Failure> {
     let mut scene = ball::scene().map_err(|e| Failure::scene(&e))?;
     file.assign(&mut scene, None, limits).map_err(|e| Failure::assign(&e))?;
-    Ok(scene.materials()[0].clone())
+    Ok(scene)
 }
 
 /// The material file: numbers that are not the default, textures as the source names them.
 fn written(
     found: &Translation,
+    goal: &Goal<'_>,
     text: &str,
     [from, to]: [ShadingModel; 2],
     source: &MaterialSource,
+    flip: Flip,
 ) -> String {
     let table: toml::Table = text.parse().unwrap_or_default();
     let mut text = format!(
-        "# Made by overcoat translate from {} to {}. Difference {:.4}, before {:.4}.\n",
+        "# Made by overcoat translate from {} to {}. FLIP on a sphere {:.4}.\n",
         from.name(),
         to.name(),
-        found.after.all,
-        found.before.all,
+        flip.sphere,
     );
     if source.file().is_none() && slots().any(|(_, slot)| slot.get(&found.material).is_some()) {
         text += "# Its textures are in assets/materials of the sources.\n";
@@ -392,14 +462,24 @@ fn written(
     for parameter in PARAMETERS.iter().filter(|p| p.is_in(&found.material) && p.name != "model") {
         match parameter.kind {
             // Also what is switched or named, which no number says.
-            Kind::Texture(_) | Kind::Switch(_) | Kind::Name { .. } => {
-                if let Some(value) = table.get(parameter.name) {
-                    put(parameter.name, value);
+            Kind::Texture(_) | Kind::Switch(_) | Kind::Name { .. } if (goal.holds)(parameter) => {
+                let parts = PARTS.iter().filter(|(whole, _)| *whole == parameter.name);
+                for name in parts.map(|(_, part)| *part).chain([parameter.name]) {
+                    if let Some(value) = table.get(name) {
+                        put(name, value);
+                    }
                 }
             }
+            Kind::Texture(_) | Kind::Switch(_) | Kind::Name { .. } => {}
             _ => {
                 let (numbers, plain) = (parameter.numbers(&found.material), parameter.numbers(&default));
                 if numbers != plain {
+                    let numbers = if parameter.name == "anisotropy_rotation" {
+                        // Files have degrees.
+                        numbers.map(f32::to_degrees)
+                    } else {
+                        numbers
+                    };
                     let numbers = numbers.map(|c| toml::Value::from(short(c)));
                     match &numbers[..parameter.width()] {
                         [one] => put(parameter.name, one),

@@ -1,13 +1,19 @@
 //! Translations that are written into a copy of a glTF file.
 
+use super::seen::{self, Flip};
 use super::{Members, TranslateArgs, Written, told};
 use crate::failure::Failure;
 use crate::output_file::{Encoded, check_file, check_standard_output, is_standard_output};
 use crate::progress::Progress;
 use overcoat_core::limits::Limits;
-use overcoat_lab::lab::{Translation, Translator};
-use overcoat_load::{Format, OwnTextures, Put, Rewriter, has_folder, read_input};
-use overcoat_scene::{Material, ShadingModel};
+use overcoat_lab::lab::{Goal, Translation, Translator};
+use overcoat_load::{
+    Context, Format, LoadOptions, Loaded, MaterialFile, OwnTextures, Put, Rewriter, has_folder,
+    load_named_bytes, read_input,
+};
+use overcoat_render::Renderer;
+use overcoat_scene::parameters::{Parameter, slots};
+use overcoat_scene::{Material, MaterialId, Scene, ShadingModel};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -28,9 +34,15 @@ pub(super) struct ModelCopy {
     output: PathBuf,
     rewriter: Rewriter,
     chosen: Vec<usize>,
+    /// The materials that were chosen, as they were.
+    originals: Vec<Material>,
+    /// The file as it was, packed or not.
+    bytes: Vec<u8>,
     names: Vec<String>,
     pub(super) written: Vec<Written>,
     pub(super) warnings: Vec<String>,
+    /// Names of what the translated materials have and the copy has not.
+    pub(super) lacks: Vec<&'static str>,
 }
 
 impl ModelCopy {
@@ -53,7 +65,7 @@ impl ModelCopy {
         };
         let load = |e| Failure::load(&e).at(source);
         let (bytes, packed) = read_input(source, limits).map_err(load)?;
-        let rewriter = Rewriter::new(bytes, limits).map_err(load)?;
+        let rewriter = Rewriter::new(bytes.clone(), limits).map_err(load)?;
         let warnings = packed.iter().chain(&rewriter.warnings()).map(ToString::to_string).collect();
         let names = rewriter.names();
         let mut copy = Self {
@@ -61,12 +73,16 @@ impl ModelCopy {
             output,
             rewriter,
             chosen: Vec::new(),
+            originals: Vec::new(),
+            bytes,
             names,
             written: Vec::new(),
             warnings,
+            lacks: Vec::new(),
         };
         copy.check_output(others, args.report.json)?;
         copy.chosen = copy.choose(wanted, coated)?;
+        copy.originals = copy.chosen.iter().map(|&k| copy.material(k)).collect::<Result<_, _>>()?;
         Ok(copy)
     }
 
@@ -149,19 +165,93 @@ impl ModelCopy {
     ///
     /// # Errors
     /// [`Failure`] if a material cannot be translated or changed.
-    pub(super) fn tune(&mut self, models: [ShadingModel; 2], progress: &Progress) -> Result<(), Failure> {
+    pub(super) fn tune(
+        &mut self,
+        models: [ShadingModel; 2],
+        context: &Context<'_>,
+        progress: &Progress,
+    ) -> Result<(), Failure> {
         let [from, to] = models;
         let of = u32::try_from(self.chosen.len()).unwrap_or(u32::MAX);
+        let scene = self.scene(&self.bytes, context)?.scene;
         let mut translator = Translator::new();
+        let goal = goal_in_a_file(to, OwnTextures::Kept);
         for (done, index) in self.chosen.clone().into_iter().enumerate() {
             progress.step(format!("{} to {}", from.name(), to.name()), done as u32, of);
-            let material = self.material(index)?;
-            let found = translator.translate(&material, from, to).map_err(|e| Failure::lab(&e))?;
+            let original = &self.originals[done];
+            // With its textures, where the scene has it.
+            let there = scene.materials().iter().find(|material| untextured(material) == *original);
+            let material = there.unwrap_or(original).clone();
+            let found = translator.translate_for(&material, scene.textures(), from, &goal);
+            let found = found.map_err(|e| Failure::lab(&e))?;
             let what = self.label(index);
-            self.warnings.extend(unknown(to, &material).map(|unknown| format!("{what}: {unknown}")));
+            let lacks = goal.lacks(&material);
+            self.lacks
+                .extend(lacks.into_iter().filter(|name| !self.lacks.contains(name)).collect::<Vec<_>>());
+            self.warnings.extend(unknown(&goal, &material).map(|unknown| format!("{what}: {unknown}")));
             self.put(index, &found, OwnTextures::Kept)?;
         }
         Ok(())
+    }
+
+    fn scene(&self, bytes: &[u8], context: &Context<'_>) -> Result<Loaded, Failure> {
+        let load = |e| Failure::load(&e).at(&self.source);
+        load_named_bytes(bytes, &self.source, &LoadOptions::default(), context).map_err(load)
+    }
+
+    /// FLIP between what was meant and the copy, read again. `meant` is the material file that took the place of those of the
+    /// file; without one those of the file are meant.
+    ///
+    /// # Errors
+    /// [`Failure`] if the copy cannot be read or drawn.
+    pub(super) fn seen(
+        &mut self,
+        meant: Option<&MaterialFile>,
+        [from, to]: [ShadingModel; 2],
+        context: &Context<'_>,
+        renderer: &mut Renderer,
+    ) -> Result<Flip, Failure> {
+        let limits = context.limits;
+        let bytes = self.rewriter.bytes().map_err(|e| Failure::load(&e).at(&self.source))?;
+        let (mut before, mut after) = (self.scene(&self.bytes, context)?, self.scene(&bytes, context)?);
+        let own: Vec<Material> = before.scene.materials().to_vec();
+        let place = |original: &Material| own.iter().position(|material| untextured(material) == *original);
+        let mut worst = 0.0_f64;
+        for ((&index, original), written) in self.chosen.iter().zip(&self.originals).zip(&mut self.written) {
+            let at = place(original);
+            let new = self.rewriter.material(index).map_err(|e| Failure::load(&e).at(&self.source))?;
+            let spheres = match (meant, at) {
+                (Some(file), _) => {
+                    [seen::sphere_of_file(file, from, limits)?, seen::sphere_of(&new, &[], to)?]
+                }
+                (None, Some(k)) => {
+                    let of = |loaded: &Loaded, model| {
+                        seen::sphere_of(&loaded.scene.materials()[k], loaded.scene.textures(), model)
+                    };
+                    [of(&before, from)?, of(&after, to)?]
+                }
+                (None, None) => [seen::sphere_of(original, &[], from)?, seen::sphere_of(&new, &[], to)?],
+            };
+            written.flip = seen::between_spheres(spheres, renderer, limits)?;
+            worst = worst.max(written.flip);
+        }
+        let chosen: Vec<bool> =
+            own.iter().map(|material| self.originals.contains(&untextured(material))).collect();
+        if !chosen.contains(&true) {
+            return Ok(Flip::new(worst, None));
+        }
+        if let Some(file) = meant {
+            let mut names: Vec<&str> = self.originals.iter().map(|material| material.name.as_str()).collect();
+            names.dedup();
+            for name in names {
+                let name = (!name.is_empty()).then_some(name);
+                file.assign(&mut before.scene, name, limits).map_err(|e| Failure::assign(&e))?;
+            }
+            keep_shapes(&mut before.scene, &own, &chosen)?;
+        }
+        seen::shade(&mut before.scene, |k| if chosen[k] { from } else { to })?;
+        seen::shade(&mut after.scene, |_| to)?;
+        Ok(Flip::new(worst, seen::between_files([before, after], renderer, limits)?))
     }
 
     fn put(&mut self, index: usize, found: &Translation, textures: OwnTextures) -> Result<(), Failure> {
@@ -172,6 +262,7 @@ impl ModelCopy {
         self.written.push(Written {
             index,
             name: self.names[index].clone(),
+            flip: 0.0,
             before: found.before.into(),
             after: found.after.into(),
             members: Members(put.numbers),
@@ -201,6 +292,7 @@ impl ModelCopy {
             let Written { index, before, after, members, .. } = written;
             let _ = writeln!(text, "{}", self.label(*index));
             text += &told(before, after);
+            text += &Flip::new(written.flip, None).told();
             for (path, value) in &members.0 {
                 let _ = writeln!(text, "  {path} {value}");
             }
@@ -209,11 +301,50 @@ impl ModelCopy {
     }
 }
 
-/// Warnings about features of a material that a shading model does not have.
-pub(super) fn unknown(to: ShadingModel, material: &Material) -> impl Iterator<Item = String> {
-    let what = to.leaves_out(material);
-    what.map(move |what| {
-        format!("{} does not know {what}: what it looks like is approached by the rest", to.name())
+/// Model of a material in a copy of a glTF file.
+pub(super) fn goal_in_a_file(model: ShadingModel, textures: OwnTextures) -> Goal<'static> {
+    let holds: &dyn Fn(&Parameter) -> bool = match textures {
+        OwnTextures::Kept => &|parameter| Rewriter::holds(parameter, OwnTextures::Kept),
+        OwnTextures::Replaced => &|parameter| Rewriter::holds(parameter, OwnTextures::Replaced),
+    };
+    Goal { model, holds }
+}
+
+/// Gives materials that were laid over those of a file its maps of normals and occlusion, and the way it treats edges.
+fn keep_shapes(scene: &mut Scene, own: &[Material], chosen: &[bool]) -> Result<(), Failure> {
+    for (k, own) in own.iter().enumerate().filter(|(k, _)| chosen[*k]) {
+        let mut material = scene.materials()[k].clone();
+        for (parameter, slot) in slots().filter(|(parameter, _)| SHAPES.contains(&parameter.name)) {
+            let texture = slot.get(own).filter(|_| slot.get(&material).is_none()).copied();
+            if let Some(texture) = texture.filter(|_| parameter.is_in(&material)) {
+                slot.set(&mut material, Some(texture));
+            }
+        }
+        (material.alpha_mode, material.double_sided) = (own.alpha_mode, own.double_sided);
+        material.base_color[3] = own.base_color[3];
+        let id = MaterialId::from_index(k as u32);
+        scene.replace_material(id, material).map_err(|e| Failure::scene(&e))?;
+    }
+    Ok(())
+}
+
+/// The material without its textures.
+fn untextured(material: &Material) -> Material {
+    let mut plain = material.clone();
+    for (_, slot) in slots() {
+        if slot.get(&plain).is_some() {
+            slot.set(&mut plain, None);
+        }
+    }
+    plain
+}
+
+/// Warnings about features of a material that a goal has no place for.
+pub(super) fn unknown(goal: &Goal<'_>, material: &Material) -> impl Iterator<Item = String> {
+    let name = goal.model.name();
+    goal.lacks(material).into_iter().map(move |what| match what {
+        "textures" => "textures of the material are not in the copy, which has their means".to_owned(),
+        _ => format!("{name} does not know {what}: what it looks like is approached by the rest"),
     })
 }
 
@@ -227,7 +358,7 @@ fn warnings(what: &str, put: &Put, textures: OwnTextures) -> Vec<String> {
         }
     };
     if !put.numbers.is_empty() {
-        say(&factors, "of the file stays and multiplies numbers that were found for where it is white");
+        say(&factors, "of the file stays and multiplies numbers that were found for its texels");
     }
     if textures == OwnTextures::Replaced {
         say(&shapes, "of the file stays");

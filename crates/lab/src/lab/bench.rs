@@ -5,7 +5,7 @@ use overcoat_core::jobs::Jobs;
 use overcoat_render::{RenderOptions, Renderer};
 use overcoat_scene::{
     self, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Material, Projection, Scene,
-    ShadingModel, Transform, primitives,
+    ShadingModel, Texture, Transform, primitives,
 };
 use std::sync::Arc;
 
@@ -66,10 +66,26 @@ impl Bench {
         view: f64,
         light: Light,
     ) -> Result<[f64; 3], LabError> {
+        self.textured_radiance(material, &[], model, view, light)
+    }
+
+    /// Radiance of a material that reads these textures, by their numbers. Coordinates run from 0 to 1 over 2 metres, of
+    /// which a pixel shows 0.1 from the middle, more where it is seen from the side.
+    ///
+    /// # Errors
+    /// [`LabError`] if a number is out of its range, or a texture is not there.
+    pub(super) fn textured_radiance(
+        &mut self,
+        material: &Material,
+        textures: &[Texture],
+        model: ShadingModel,
+        view: f64,
+        light: Light,
+    ) -> Result<[f64; 3], LabError> {
         let eye = upright(direction("view", view)?.map(|c| (c * DISTANCE) as f32));
         let mut camera = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0])?;
         camera.projection = Projection::Orthographic { height: 0.1 };
-        let scene = self.scene(material, light)?;
+        let scene = self.scene(material, textures, light)?;
         let options = RenderOptions::draft(1, 1).with_samples(1).with_shading(Some(model));
         let renderer =
             if light == Light::Overhead { &mut self.overhead_renderer } else { &mut self.renderer };
@@ -78,9 +94,12 @@ impl Bench {
         Ok([r, g, b].map(f64::from))
     }
 
-    fn scene(&self, material: &Material, light: Light) -> Result<Scene, LabError> {
+    fn scene(&self, material: &Material, textures: &[Texture], light: Light) -> Result<Scene, LabError> {
         let mut scene = Scene::new();
         let mesh = scene.add_mesh(primitives::plane([2.0; 2])?)?;
+        for texture in textures {
+            scene.add_texture(texture.clone())?;
+        }
         let material = scene.add_material(material.clone())?;
         scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
         let source = match light {

@@ -46,7 +46,7 @@ pub use referee::{Measured, Referee};
 pub use slice::{Quantity, Row, Slice};
 pub use specimen::Specimen;
 pub use summary::{ModelError, Summary};
-pub use translate::{Distance, Translation, Translator};
+pub use translate::{Distance, Goal, Translation, Translator};
 
 use crate::truth::StackError;
 use overcoat_render::RenderError;
@@ -80,6 +80,9 @@ pub enum LabError {
     /// The picture cannot be made.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A material that is to be translated is black under all light.
+    #[error("the material reflects no light, so that no numbers can be found for it")]
+    Dark,
     /// A number is out of range.
     #[error("{what} is {value}; possible is {range}")]
     OutOfRange {

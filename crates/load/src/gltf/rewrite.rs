@@ -96,6 +96,25 @@ impl Rewriter {
         Ok(Self { bytes, place, is_container, text, root, materials, extensions, warnings, limits })
     }
 
+    /// True of parameters that [`Rewriter::put`] finds a place for in a material: numbers that glTF has members for, and
+    /// textures only where those of the file stay.
+    pub fn holds(parameter: &Parameter, textures: OwnTextures) -> bool {
+        match parameter.kind {
+            Kind::Texture(_) => textures == OwnTextures::Kept,
+            Kind::Switch(_) | Kind::Name { .. } => ELSEWHERE.contains(&parameter.name),
+            _ => {
+                let is_goal = |property: &Property| match property {
+                    Property::Number(number) => match number.goal {
+                        Goal::Whole(goal) | Goal::Part(goal, _) => goal.name == parameter.name,
+                        _ => false,
+                    },
+                    _ => false,
+                };
+                parameter.name == "emissive" || PROPERTIES.iter().any(is_goal)
+            }
+        }
+    }
+
     /// True of a `.glb`, false of a `.gltf`.
     pub fn is_container(&self) -> bool {
         self.is_container
