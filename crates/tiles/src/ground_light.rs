@@ -8,13 +8,14 @@ use super::quality::Visibility;
 use super::timed_pool::TimedPool;
 use overcoat_core::built;
 use overcoat_core::each;
+use overcoat_core::jobs::Jobs;
 use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::{dispatch, dispatch_available};
 use overcoat_scene::{Footing, Scene};
 use overcoat_stages::light::{EnvironmentLight, LUMINANCE};
 use overcoat_stages::shade::{DistantLight, LightOcclusion};
-use overcoat_stages::shadow::Receiver;
+use overcoat_stages::shadow::{Pyramids, Receiver};
 use std::f32::consts::FRAC_1_PI;
 
 /// Least and most texels along a side of the picture, which has as many as the maps between these. Of 128, those in the middle are
@@ -88,7 +89,7 @@ impl GroundLight {
             size: self.size,
             irradiance: each!(c in above => c[0]),
             lights: Some(lights),
-            ..Shadows::new(&occlusion, footing, planes == 1)
+            ..Shadows::new(&occlusion, footing, planes == 1, pool.jobs)
         };
         shadows.find_tint(pool, level);
         self.texels.clear();
@@ -180,6 +181,7 @@ struct Lamp {
 /// Light and occluders that the floor is shaded by.
 struct Shadows<'a> {
     occlusion: &'a LightOcclusion<'a>,
+    pyramids: Pyramids<'a>,
     lamps: Vec<Lamp>,
     /// All light.
     sum: [f32; 3],
@@ -203,7 +205,7 @@ struct Shadows<'a> {
 }
 
 impl<'a> Shadows<'a> {
-    fn new(occlusion: &'a LightOcclusion<'a>, footing: Footing, luminance_alone: bool) -> Self {
+    fn new(occlusion: &'a LightOcclusion<'a>, footing: Footing, luminance_alone: bool, jobs: &Jobs) -> Self {
         let lamp = |(number, light): (usize, &DistantLight)| {
             let cosine = light.direction[1];
             // The angle of a cap of that size, if it is small.
@@ -216,6 +218,7 @@ impl<'a> Shadows<'a> {
         let sum = lamps.iter().fold([0.0; 3], |sum, lamp| each!(c => sum[c] + lamp.flux[c]));
         Self {
             occlusion,
+            pyramids: Pyramids::new(occlusion.maps, footing.center[1] as f32, jobs),
             lamps,
             sum,
             center: each!(c in footing.center => c as f32),
@@ -320,8 +323,8 @@ impl<'a> Shadows<'a> {
             let (may_be_blocked, furthest) = self.reach_of(l, lamp, &at);
             let mut open = l.splat(1.0);
             if may_be_blocked.any() {
-                let maps = self.occlusion.maps;
-                let found = maps.soft_visibility(l, lamp.number, &at.position, lamp.spread, furthest);
+                let found =
+                    self.pyramids.soft_visibility(l, lamp.number, &at.position, lamp.spread, furthest);
                 open = may_be_blocked.select(found, open);
             }
             sum = each!(c => sum[c] + open * lamp.flux[c]);
@@ -333,13 +336,14 @@ impl<'a> Shadows<'a> {
     #[inline(always)]
     fn arriving_tinted<L: Lanes>(&self, l: L, place: [L::F; 2]) -> [[L::F; 3]; 2] {
         let at = self.above(l, place);
-        let LightOcclusion { maps, tints, .. } = self.occlusion;
+        let tints = self.occlusion.tints;
         let mut sums = [[l.zero(); 3]; 2];
         for lamp in &self.lamps {
             let (may_be_blocked, furthest) = self.reach_of(l, lamp, &at);
             let (mut open, mut tint) = (l.splat(1.0), Vec3::splat(l, [1.0; 3]));
             if may_be_blocked.any() {
-                let found = maps.soft_visibility(l, lamp.number, &at.position, lamp.spread, furthest);
+                let found =
+                    self.pyramids.soft_visibility(l, lamp.number, &at.position, lamp.spread, furthest);
                 open = may_be_blocked.select(found, open);
                 tint = tints.soft_transmittance(l, lamp.number, &at.position, lamp.spread, furthest);
             }

@@ -227,6 +227,11 @@ impl DepthMaps {
         (Self { size, maps, texels, texel, step }, work)
     }
 
+    /// Texels along a side.
+    pub(super) fn size(&self) -> usize {
+        self.size
+    }
+
     /// Number of maps.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -265,7 +270,7 @@ impl DepthMaps {
 
     /// The texels of one map.
     #[inline(always)]
-    fn texels_of(&self, map: usize) -> &[u32] {
+    pub(super) fn texels_of(&self, map: usize) -> &[u32] {
         &self.texels[map * self.size * self.size..][..self.size * self.size]
     }
 
@@ -301,16 +306,27 @@ impl DepthMaps {
         open(l, self.texels_of(map), self.size, l.splat_i(0), [x, y], reach)
     }
 
-    /// The depth, in steps, of the texel that a place lies in.
-    #[inline(always)]
-    pub(super) fn depth_at<L: Lanes>(&self, l: L, map: usize, [x, y]: [L::F; 2]) -> L::I {
-        depth_at(l, self.texels_of(map), self.size, l.splat_i(0), [x, y])
-    }
-
     /// Column and row of a point on a map, and its depth in steps.
     #[inline(always)]
     pub(super) fn project<L: Lanes>(&self, l: L, map: usize, position: &[L::F; 3]) -> [L::F; 3] {
         self.maps[map].project(l, position)
+    }
+
+    /// Depth in steps of a horizontal plane on a map: its growth from column to column and from row to row, and what it is at the
+    /// first of both. `None` where the map looks along the plane, or at it from below.
+    pub(super) fn depth_of_plane(&self, map: usize, height: f32) -> Option<[f32; 3]> {
+        let [x, y, depth] = self.maps[map].rows.map(|row| row.map(f64::from));
+        let height = f64::from(height);
+        let at_height = |row: [f64; 4]| row[1] * height + row[3];
+        // Columns and rows are linear in the plane's two coordinates.
+        let determinant = x[0] * y[2] - x[2] * y[0];
+        if depth[1] <= 0.0 || determinant == 0.0 {
+            return None;
+        }
+        let across = (depth[0] * y[2] - depth[2] * y[0]) / determinant;
+        let down = (depth[2] * x[0] - depth[0] * x[2]) / determinant;
+        let first = at_height(depth) - across * at_height(x) - down * at_height(y);
+        Some([across, down, first].map(|c| c as f32))
     }
 
     /// Length of a step of depth in texels.

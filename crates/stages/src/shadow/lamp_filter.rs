@@ -1,12 +1,12 @@
 //! Shadows of lamps on surfaces that are in the maps themselves.
 //!
-//! Percentage closer soft shadows (Fernando 2005), as [`DepthMaps::soft_visibility`](super::DepthMaps::soft_visibility): what
+//! Percentage closer soft shadows (Fernando 2005), as [`Pyramids`](super::Pyramids): what
 //! blocks is looked for in the cone of the light; how far away it is says how wide the shadow's edge is. No edge is narrower than
 //! a texel or a pixel.
 
 use super::depth_map::LIFT;
+use super::disc::{DISC, SEARCH};
 use super::lamp_maps::{LampMap, LampMaps};
-use super::soft::{DISC, SEARCH};
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 

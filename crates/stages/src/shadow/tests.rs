@@ -7,6 +7,7 @@ use overcoat_core::math::lanes::{Float, Lanes, Scalar, SimdLevel};
 use overcoat_scene::{Mesh, Wrap, primitives};
 
 mod of_scene;
+mod pyramid;
 mod tints;
 
 fn blockers(mesh: &Mesh, lift: f32) -> Blockers {

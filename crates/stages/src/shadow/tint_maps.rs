@@ -5,9 +5,9 @@
 
 use super::bounds::{larger, mapped_sphere, smaller};
 use super::depth_map::{DEEPEST, DepthMap, LEAST_LIT, LIFT, MARGIN, OUTERMOST, SIZES};
+use super::disc::{DISC, OUTSIDE, OVERLAP};
 use super::lamp_filter::Receiver;
 use super::lamp_maps::{LampMap, LampSource, OnMap};
-use super::soft::{DISC, OUTSIDE, OVERLAP};
 use super::tint_map::{self, Source, WHOLE, WORDS};
 use super::tinted::Tinted;
 use overcoat_core::dispatch_available;
@@ -152,7 +152,7 @@ impl TintMaps {
     }
 
     /// Transmittance of the light around a map's direction, as
-    /// [`DepthMaps::soft_visibility`](super::DepthMaps::soft_visibility) finds its visibility.
+    /// [`Pyramids::soft_visibility`](super::Pyramids::soft_visibility) finds its visibility.
     #[inline(never)]
     #[must_use]
     pub fn soft_transmittance<L: Lanes>(

@@ -248,7 +248,9 @@ impl Filter {
         let reflected = {
             let grazing = 1.0 - crossing.cosine;
             let square = grazing * grazing;
-            self.f0 + (1.0 - self.f0) * (square * square * grazing)
+            // An index of 1 is no interface.
+            let rest = if self.f0 > 0.0 { 1.0 - self.f0 } else { 0.0 };
+            self.f0 + rest * (square * square * grazing)
         };
         if !colored {
             // Light leaves a body by its inner side.
