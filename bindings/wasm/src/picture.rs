@@ -18,7 +18,7 @@ pub struct Picture {
 
 impl Picture {
     pub(crate) fn new(frame: Frame, display: &DisplayOptions, warnings: Vec<Warning>) -> Self {
-        let image = DisplayImage::new(&frame, display);
+        let image = DisplayImage::new(&frame, &display.metered(&frame));
         let warnings = warnings.into_iter().map(|warning| warning.message).collect();
         Self { frame, image, warnings }
     }

@@ -297,7 +297,7 @@ impl RenderTask {
         if scene.lights().is_empty() {
             return Clipping::default();
         }
-        DisplayImage::new(frame, &self.display_of(scene)).clipping(frame)
+        DisplayImage::new(frame, &self.display_of(scene).metered(frame)).clipping(frame)
     }
 
     /// Ends the work: no more progress, then the warnings.

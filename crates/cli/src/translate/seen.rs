@@ -152,7 +152,7 @@ fn picture(
     let rendered = renderer
         .render(&picture.scene, &picture.camera, &picture.options)
         .map_err(|e| Failure::render(&e))?;
-    Ok(DisplayImage::new(&rendered.frame, &picture.display))
+    Ok(DisplayImage::new(&rendered.frame, &picture.display.metered(&rendered.frame)))
 }
 
 /// Mean of FLIP over the pixels that are covered in either, before middle grey.

@@ -114,11 +114,12 @@ pub struct DisplayImage {
 
 impl DisplayImage {
     /// Un-premultiplies, exposes, applies the tone curve, puts the background behind, encodes as sRGB and rounds to
-    /// 8 bits, in this order.
+    /// 8 bits, in this order. A frame does not tell of lights: [`Meter::Overexposed`] is [`Meter::Never`] here, unless
+    /// [`DisplayOptions::metered`] was asked.
     #[must_use]
     pub fn new(frame: &Frame, options: &DisplayOptions) -> Self {
         let mut pixels = vec![[0; 4]; frame.pixels.len()];
-        let developer = Developer::new(&options.metered(frame));
+        let developer = Developer::new(&options.for_lights(false).metered(frame));
         // Whatever the level, the bits are the same.
         let level = if options.simd.is_available() { options.simd } else { SimdLevel::best() };
         dispatch_available!(level, l => developer.develop(l, &frame.pixels, &frame.transmittance, &mut pixels));
