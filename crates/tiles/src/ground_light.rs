@@ -345,7 +345,8 @@ impl<'a> Shadows<'a> {
                 let found =
                     self.pyramids.soft_visibility(l, lamp.number, &at.position, lamp.spread, furthest);
                 open = may_be_blocked.select(found, open);
-                tint = tints.soft_transmittance(l, lamp.number, &at.position, lamp.spread, furthest);
+                let found = tints.soft_transmittance(l, lamp.number, &at.position, lamp.spread, furthest);
+                tint = Vec3::select(may_be_blocked, found, tint);
             }
             let tint = tint.to_array();
             let light: [L::F; 3] = each!(c => open * lamp.flux[c]);

@@ -245,7 +245,10 @@ fn look_up<L: Lanes>(
         } else {
             l.zero()
         };
-        let tint = (is_tinted && above.any()).then(|| of.tints.transmittance(l, number, &tint_start));
+        let tint = (is_tinted && above.any()).then(|| {
+            let found = of.tints.transmittance(l, number, &tint_start);
+            Vec3::select(above, found, Vec3::splat(l, [1.0; 3]))
+        });
         let arriving = Arriving::new(visible, tint);
         let cosine = normal.dot(towards).at_least(0.0);
         let own = Vec3::splat(l, light.flux);

@@ -212,6 +212,7 @@ impl Sum {
         }
         // Exact sums; dividing whole numbers takes several times as long.
         let depth = self.depths as f64 / self.shares as f64;
-        depth as u32 | ((self.shares / texels) as u32) << 16
+        // Never rounded to nothing: where a level is empty, so are the finer ones.
+        depth as u32 | (self.shares.div_ceil(texels) as u32) << 16
     }
 }

@@ -288,8 +288,10 @@ impl LampTints {
         // As soft as the light's disc makes the edge of what tints it here.
         let blocker = outermost.to_float().max(depth);
         let edge = lamp.edge(l, depth, blocker).min(distance * lamp.widest());
-        if !edge.gt(texel).any() {
-            return filtered(l, words, first, at, depth.clamp_to(0.0, OUTERMOST).to_int());
+        let is_soft = edge.gt(texel);
+        let sharp = filtered(l, words, first, at, depth.clamp_to(0.0, OUTERMOST).to_int());
+        if !is_soft.any() {
+            return sharp;
         }
         let [across, down] = towards.any_basis(l);
         let radius = edge.max(texel);
@@ -301,7 +303,7 @@ impl LampTints {
             let OnMap { at, depth, first } = lamp.project(l, place);
             sum += filtered(l, words, first, at, depth.clamp_to(0.0, OUTERMOST).to_int());
         }
-        sum * (1.0 / AVERAGED as f32)
+        Vec3::select(is_soft, sum * (1.0 / AVERAGED as f32), sharp)
     }
 }
 

@@ -57,7 +57,7 @@ fn thin_occluders_leave_no_mottle() {
     }
 }
 
-/// What lies in the floor itself throws no shadow, and nothing shades what lies aside.
+/// A plate at the floor's height is the floor, and places aside are open.
 #[test]
 fn a_plate_in_the_floor_throws_no_shadow() {
     let maps = super::of(&plate(1e-4), &[UP], 128);
