@@ -237,7 +237,7 @@ fn textured_numbers_are_found_over_the_range_of_the_texture() {
     };
     let (range, white) = (off(&found.material), off(&of_white.material));
     assert!(range < 0.5 * white && range < 0.02, "{range} {white}");
-    // Of one texel it is the number times that.
+    // Textures of one texel multiply the number.
     let grey = Arc::new(Image::new(1, 1, vec![[128, 128, 128, 255]]).unwrap());
     let grey = Texture::new(grey, ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
     let found = translator.translate_for(&wood, &[grey], from, &Goal::of_a_file(to)).unwrap();

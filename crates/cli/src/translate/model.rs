@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::output_file::{Encoded, check_file, check_standard_output, is_standard_output};
 use crate::progress::Progress;
 use overcoat_core::limits::Limits;
-use overcoat_lab::lab::{Goal, Translation, Translator};
+use overcoat_lab::lab::{Goal, Translation, Translator, untextured};
 use overcoat_load::{
     Context, Format, LoadOptions, Loaded, MaterialFile, OwnTextures, Put, Rewriter, has_folder,
     load_named_bytes, read_input,
@@ -326,17 +326,6 @@ fn keep_shapes(scene: &mut Scene, own: &[Material], chosen: &[bool]) -> Result<(
         scene.replace_material(id, material).map_err(|e| Failure::scene(&e))?;
     }
     Ok(())
-}
-
-/// The material without its textures.
-fn untextured(material: &Material) -> Material {
-    let mut plain = material.clone();
-    for (_, slot) in slots() {
-        if slot.get(&plain).is_some() {
-            slot.set(&mut plain, None);
-        }
-    }
-    plain
 }
 
 /// Warnings about features of a material that a goal has no place for.

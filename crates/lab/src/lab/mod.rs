@@ -46,7 +46,7 @@ pub use referee::{Measured, Referee};
 pub use slice::{Quantity, Row, Slice};
 pub use specimen::Specimen;
 pub use summary::{ModelError, Summary};
-pub use translate::{Distance, Goal, Translation, Translator};
+pub use translate::{Distance, Goal, Translation, Translator, untextured};
 
 use crate::truth::StackError;
 use overcoat_render::RenderError;

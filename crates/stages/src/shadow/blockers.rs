@@ -64,7 +64,7 @@ pub(super) fn nearest_texel(size: [usize; 2], wrap: [Wrap; 2], uv: [f32; 2]) -> 
             Wrap::MirroredRepeat => 1.0 - ((uv[k] * 0.5 - (uv[k] * 0.5).floor()) * 2.0 - 1.0).abs(),
             Wrap::ClampToEdge => uv[k],
         };
-        // What is no number counts as 0, and a cast of floats keeps to what the integers have.
+        // NaN counts as 0: casts of floats saturate.
         ((turn * size[k] as f32) as usize).min(size[k].saturating_sub(1))
     };
     place(1) * size[0] + place(0)

@@ -170,7 +170,7 @@ impl Drawing<'_> {
     fn triangle(&mut self, filter: &Filter, number: usize) -> u64 {
         let Some(triangle) = filter.triangles.get(number) else { return 0 };
         let Some(places) = corners_of(&self.tinted.positions, triangle) else { return 0 };
-        // Where a triangle is cut off, the texture coordinates of a corner tell its barycentrics.
+        // Barycentrics of a corner travel as its texture coordinates through clipping.
         let corner = |k: usize| {
             let uv = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]][k];
             Corner { place: self.frame.project_one(&places[k]), uv, alpha: 0.0 }

@@ -172,7 +172,7 @@ pub(super) fn starts(material: &Material, same: &Material, goal: &Goal<'_>) -> V
     }
     dyed.lobes.coat.color.factor = [1.0; 3];
     let mut tinted = same.clone();
-    // Where the model has both, a tint in the one and nothing in the other.
+    // Colours of a coat go into the coat, for models that have one.
     if goal.knows("coat_color") {
         tinted.lobes.coat.color.factor = passes.map(|c| c.clamp(0.0, 1.0));
     }

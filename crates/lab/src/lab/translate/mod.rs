@@ -361,7 +361,8 @@ fn without_lacks(material: &Material, goal: &Goal<'_>) -> Material {
 }
 
 /// The material without its textures.
-fn untextured(material: &Material) -> Material {
+#[must_use]
+pub fn untextured(material: &Material) -> Material {
     let mut plain = material.clone();
     for (_, slot) in slots() {
         if slot.get(&plain).is_some() {

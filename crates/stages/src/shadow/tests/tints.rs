@@ -105,7 +105,7 @@ fn glass_reflects_a_part() {
     glass.ior = 1.5;
     let scene = scene_of([(primitives::cuboid([2.0; 3]).unwrap(), glass, at(0.0))]);
     assert_near(transmittance(&maps(&scene, &[UP]), [0.3, -2.0, 0.2]), [0.9216; 3], 1e-3);
-    // What is metal, is opaque, or does not transmit, lets nothing or all pass.
+    // Metals let nothing pass, and neither opaque nor wholly clear surfaces tint.
     let mut metal = clear_glass([1.0; 3]);
     metal.workflow =
         overcoat_scene::Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.5, texture: None };
