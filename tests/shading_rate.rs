@@ -2,7 +2,7 @@
 
 use crate::common::{scenes, stage};
 use overcoat::limits::Limits;
-use overcoat::render::{RenderError, RenderOptions, Rendered, Renderer};
+use overcoat::render::{RenderError, RenderOptions, Rendered, Renderer, Visibility};
 use overcoat::scene::{Camera, Mesh, Scene, ShadingModel, Transform};
 use overcoat_core::math::lanes::SimdLevel;
 
@@ -109,7 +109,8 @@ fn tiles_threads_and_instruction_sets_do_not_show() {
     for name in ["blend", "mask", "transmission-under-blend", "splats-and-surfaces", "point-clouds", "dense"]
     {
         let scene = if name == "dense" { ball(0.3) } else { built(name) };
-        for options in [options(8, 4), everywhere(16, 16).with_merge_angle(5.0)] {
+        let edges = options(8, 1).with_visibility(Visibility::new(8, 64, 0));
+        for options in [options(8, 4), everywhere(16, 16).with_merge_angle(5.0), edges] {
             let options = options.with_stage_hashes(true);
             let mut expected = None;
             // Each instruction set with another size of tiles, and all of those with the best.
@@ -136,6 +137,43 @@ fn matt_surfaces_are_shaded_once_and_shining_ones_more_often() {
     // At the rim normals turn within a pixel whatever the surface is like.
     assert!(matt < once * 3 / 2, "{once} fragments became {matt}");
     assert!(shining > once * 5 / 2, "{once} fragments became {shining}");
+}
+
+/// A rounded edge about a pixel wide that crosses the picture aslant.
+fn narrow_edge() -> (Scene, Camera) {
+    let mut stage = stage::Stage::new().unwrap();
+    let mesh = stage.mesh(crate::common::shapes::gutter(2)).unwrap();
+    let material = stage.material(stage::plastic(0.01, 0.01, 0.01, 0.3)).unwrap();
+    let (sin, cos) = (0.5_f64, 0.75_f64.sqrt());
+    // Narrow along x and z, then turned about z.
+    let thin = Transform::from_parts([0.0; 3], [0.0, 0.0, sin, cos], [0.03, 1.0, 0.03]).unwrap();
+    stage.place(mesh, material, thin).unwrap();
+    stage.key_light(8.0).unwrap();
+    (stage.scene, stage::look([0.0, 0.0, 4.0], [0.0; 3], 35.0))
+}
+
+/// One shading sees the lamp in one pixel and misses it in the next: a row of white dots.
+#[test]
+fn narrow_edges_are_shaded_four_times_where_light_is_blocked() {
+    let (scene, maps) = (narrow_edge(), Visibility::new(16, 64, 0));
+    let error_of = |visibility: Visibility| {
+        let own = options(8, 1).with_visibility(visibility);
+        let every_sample = own.clone().with_shading_rate(8).with_shade_everywhere(true);
+        error(&render(&scene, &own).frame.pixels, &render(&scene, &every_sample).frame.pixels)
+    };
+    let [once, often] = [Visibility::NONE, maps].map(error_of);
+    assert!(often < 0.6 * once, "{once} with one shading, {often} with four");
+
+    // Wide bends stay at one, matt or shining; lone samples cannot be split.
+    for (roughness, samples) in [(1.0, 8), (0.2, 8), (0.2, 1)] {
+        let side = 256;
+        let fragments = |visibility| {
+            let options = RenderOptions::draft(side, side).with_samples(samples).with_visibility(visibility);
+            render(&ball(roughness), &options).stats.fragments
+        };
+        let [once, found] = [Visibility::NONE, maps].map(fragments);
+        assert!(found < once + once / 10, "{once} fragments became {found}");
+    }
 }
 
 #[test]

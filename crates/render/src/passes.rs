@@ -119,7 +119,7 @@ pub(super) fn check_limits(frame: &FrameContext<'_>, request: &Request<'_>) -> R
 pub(super) fn work_of<'a>(frame: &FrameContext<'_>, request: &Request<'a>) -> Work<'a> {
     let &Request { options, cancellation, .. } = request;
     let pixels = frame.grid.pixel_count() as u64;
-    let counts = [options.shading_rate, options.visibility.rays];
+    let counts = [options.shading_groups(), options.visibility.rays];
     let work = Work::new(&options.limits, pixels, counts).stopped_by(cancellation);
     if let Some(ground) = &frame.ground {
         work.spend(Spent::Shading, ground.units);

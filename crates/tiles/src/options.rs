@@ -36,7 +36,8 @@ pub struct RenderOptions {
     /// Shadings a pixel: 1, 4, 8, 9 or 16, and no more than [`RenderOptions::samples`]. Above 1, a surface is shaded once for
     /// each of that many groups of neighbouring samples where one shading would show: where normals turn faster than highlights are
     /// wide, with alpha masks, shining normal maps and textures that are not averaged when they shrink. The other surfaces
-    /// are shaded once.
+    /// are shaded once. At 1, edges that are rounded within a few pixels are shaded four times all the same where
+    /// [`RenderOptions::visibility`] is on and a pixel has the samples.
     pub shading_rate: u32,
     /// True if all surfaces have [`RenderOptions::shading_rate`].
     pub shade_everywhere: bool,
@@ -87,6 +88,9 @@ pub struct RenderOptions {
     /// Bounds on the work.
     pub limits: Limits,
 }
+
+/// Shadings a pixel along edges that are rounded within a few pixels.
+const EDGE_RATE: u32 = 4;
 
 impl Default for RenderOptions {
     fn default() -> Self {
@@ -240,6 +244,13 @@ impl RenderOptions {
         Self { visibility: quality.visibility(), shading_rate, ..self }
     }
 
+    /// Groups of samples that may be shaded apart: the shading rate, or that of narrow edges.
+    #[must_use]
+    pub fn shading_groups(&self) -> u32 {
+        let has_edges = self.shading_rate == 1 && self.visibility.is_on() && self.samples >= EDGE_RATE;
+        if has_edges { EDGE_RATE } else { self.shading_rate }
+    }
+
     /// The same with the next less expensive light ([`Visibility::reduced`]), without the floor where none of it is left. `None` if
     /// there is nothing to leave out.
     #[must_use]
@@ -334,7 +345,7 @@ impl RenderOptions {
         }
         check_visibility(&self.visibility)?;
         check_simd(self.simd)?;
-        let (samples, rate) = (self.samples as usize, self.shading_rate as usize);
+        let (samples, rate) = (self.samples as usize, self.shading_groups() as usize);
         if let Some(kept) = kept.filter(|pattern| (pattern.len(), pattern.rate()) == (samples, rate)) {
             return Ok(kept);
         }
@@ -342,7 +353,7 @@ impl RenderOptions {
             .ok_or_else(|| option("samples", self.samples.to_string(), "1, 4, 8 or 16"))?;
         let rates = "1, 4, 8, 9 or 16, no more than samples";
         pattern
-            .shaded_in_groups(self.shading_rate)
+            .shaded_in_groups(self.shading_groups())
             .ok_or_else(|| option("shading rate", self.shading_rate.to_string(), rates))
     }
 }

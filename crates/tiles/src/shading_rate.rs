@@ -3,6 +3,10 @@
 //! Asked for a rate above one, a picture has it where one shading a pixel shows: highlights that are sharper than what normals
 //! turn within a pixel, colours that shrink, alpha masks and normal maps under a shine. The rest,
 //! most of most pictures, is shaded once. Decided triangle by triangle of material, screen and vertices alone.
+//!
+//! Pictures with shadows have that rate along narrow edges at least: a sill, a frame or the lip of a panel gap turns by a right angle
+//! within a pixel, and one shading takes a lamp's mirror image for all of it in one pixel and for nothing in the next, a
+//! row of white dots.
 
 use super::options::RenderOptions;
 use super::pass::FrameContext;
@@ -27,7 +31,14 @@ pub enum Finer {
         /// Area of its colours' texture in texels, and by which coordinates it is read: how far that shrinks.
         colors: Option<(f32, usize)>,
     },
+    /// Only along edges whose unit normal changes by more than this from pixel to pixel, its length squared. Triangles smaller than
+    /// two pixels are left out: their neighbours sample the edge in the same pixel.
+    Edges(f32),
 }
+
+/// Change of the unit normal from pixel to pixel from which on an edge is narrow, its length squared: a right angle within seven
+/// pixels.
+const EDGE_TURN: f32 = 0.05;
 
 /// Normals that turn by this share of the width of a highlight (its alpha) a pixel move it by so much that it shows.
 const SHARE_OF_LOBE: f32 = 0.25;
@@ -57,13 +68,21 @@ impl Finer {
         if material.has_normal_maps() && least < MATT && !material.unlit {
             return Self::Always;
         }
-        let alpha = least * least;
-        let turn = SHARE_OF_LOBE * if alpha > LEAST_ALPHA { alpha } else { LEAST_ALPHA };
-        let turn = if material.unlit { f32::INFINITY } else { turn * turn };
+        let turn = if material.unlit { f32::INFINITY } else { least_turn(least) };
         let colors = [&material.base_color_texture, &material.emissive_texture].into_iter().flatten();
         let colors = colors.map(|place| (area(place, textures), usize::from(place.uv_set & 1)));
         let colors = colors.reduce(|a, b| if b.0 > a.0 { b } else { a });
         if material.unlit && colors.is_none() { Self::Never } else { Self::Where { turn, colors } }
+    }
+
+    /// Rule of a material that is shaded more than once along narrow edges alone.
+    fn of_edges(material: &Material) -> Self {
+        let turn = least_turn(least_roughness(material));
+        if material.unlit {
+            Self::Never
+        } else {
+            Self::Edges(if turn > EDGE_TURN { turn } else { EDGE_TURN })
+        }
     }
 
     /// Lists the rules of all materials of a scene, in their order, in place of what was there: none at a rate of one.
@@ -74,8 +93,18 @@ impl Finer {
                 if options.shade_everywhere { Self::Always } else { Self::of(material, textures) }
             };
             out.extend(materials.iter().map(of));
+        } else if options.shading_groups() > 1 {
+            out.extend(materials.iter().map(Self::of_edges));
         }
     }
+}
+
+/// Change of the unit normal from pixel to pixel, its length squared, from which on highlights of a perceptual roughness show that
+/// they are shaded once.
+fn least_turn(roughness: f32) -> f32 {
+    let alpha = roughness * roughness;
+    let turn = SHARE_OF_LOBE * if alpha > LEAST_ALPHA { alpha } else { LEAST_ALPHA };
+    turn * turn
 }
 
 /// The least perceptual roughness that a material may have. Textures make it smoother, by what is not known here.
@@ -104,13 +133,18 @@ pub fn is_finer(frame: &FrameContext<'_>, triangles: &TileTriangles<'_>, identit
     let draw = &frame.shade.draws[chunk.draw as usize];
     match frame.finer[draw.material as usize] {
         Finer::Never => false,
+        Finer::Always if chunk.points => true,
+        // Points have one value each of everything.
+        _ if chunk.points => false,
         // Where triangles are merged, one answers for the pixel.
-        _ if frame.merge.is_some() && !chunk.points && chunk.triangles[index as usize].small_samples != 0 => {
+        rule if (frame.merge.is_some() || matches!(rule, Finer::Edges(_)))
+            && chunk.triangles[index as usize].small_samples != 0 =>
+        {
             false
         }
         Finer::Always => true,
-        // Points have one value each of everything.
-        Finer::Where { .. } if chunk.points => false,
+        // A change that is no number is none that is small.
+        Finer::Edges(turn) => !(OnScreen { draw, source: triangles.triangle(identity) }.turn() <= turn),
         Finer::Where { turn, colors } => {
             let on_screen = OnScreen { draw, source: triangles.triangle(identity) };
             // A change that is no number is none that is small.
