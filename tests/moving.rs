@@ -109,6 +109,48 @@ fn an_animation_is_played_in_a_picture_that_stays() {
     assert_eq!(names(folder.path()), ["walk-000.png", "walk-001.png", "walk.gltf", "walk.png", "walk.webp"]);
 }
 
+/// What a chat takes: a GIF that has no more bytes than it may have, of pictures as large as that allows.
+#[test]
+fn a_file_has_no_more_bytes_than_it_may_have() {
+    let folder = folder();
+    let turn = |name: &str, more: &[&str]| {
+        let args = ["turntable", "walk.gltf", "-o", name, "--frames", "6", "--size", "96", "--view", "front"];
+        overcoat(folder.path(), &[&args[..], more].concat())
+    };
+    let size = |name: &str| fs::metadata(folder.path().join(name)).unwrap().len();
+    for name in ["turn.gif", "turn.webp", "turn.png"] {
+        let done = turn(name, &["--quality", "draft"]);
+        assert_eq!((done.status.code(), stderr(&done).as_str()), (Some(0), ""), "{name}");
+        let all = size(name);
+        // As many as there are anyway, with those of the container: nothing changes.
+        let same = turn(name, &["--quality", "draft", "--max-bytes", "1M"]);
+        assert_eq!((same.status.code(), stderr(&same).as_str(), size(name)), (Some(0), "", all), "{name}");
+        let most = all * 3 / 4;
+        let done = turn(name, &["--quality", "draft", "--json", "--max-bytes", &most.to_string()]);
+        let report: Value = serde_json::from_slice(&done.stdout).unwrap();
+        let width = report["width"].as_u64().unwrap();
+        assert!(size(name) <= most && (32..96).contains(&width), "{name}: {} of {most}, {width}", size(name));
+        assert_eq!((&report["bytes"], &report["frames"]), (&json!(size(name)), &json!(6)));
+        let expected =
+            format!("{width} x {width} pixels in place of 96 x 96: the file may have {most} bytes");
+        assert!(stderr(&done).contains(&expected), "{}", stderr(&done));
+    }
+    let file = fs::read(folder.path().join("turn.gif")).unwrap();
+    let gif = image::codecs::gif::GifDecoder::new(Cursor::new(file)).unwrap();
+    assert_eq!(gif.into_frames().collect_frames().unwrap().len(), 6);
+    for (more, code, message) in [
+        (&["--max-bytes", "300"][..], 1, "smaller ones show nothing"),
+        (&["--max-bytes", "0"], 2, "expected at least 1"),
+        (&["--output-format", "png"], 2, "the name says GIF, --output-format says png"),
+    ] {
+        let done = turn("no.gif", more);
+        assert_eq!(done.status.code(), Some(code));
+        assert!(stderr(&done).contains(message), "{}", stderr(&done));
+    }
+    assert!(stderr(&turn("no-#.png", &["--max-bytes", "1M"])).contains("for one file"));
+    assert_eq!(names(folder.path()), ["turn.gif", "turn.png", "turn.webp", "walk.gltf"]);
+}
+
 #[test]
 fn a_turn_shows_a_flat_model_from_all_sides() {
     let folder = folder();
@@ -179,7 +221,7 @@ fn what_cannot_be_played_leaves_no_file() {
     let folder = folder();
     let cases: [(&[&str], i32, &str); 7] = [
         (&["animate", "walk.gltf", "-o", "a.png", "--animation", "run"], 1, "the file has 0 'walk'"),
-        (&["animate", "walk.gltf", "-o", "a.gif"], 2, "unknown format"),
+        (&["animate", "walk.gltf", "-o", "a.bmp"], 2, "unknown format"),
         (&["animate", "walk.gltf", "-o", "a.png", "--from", "5"], 2, "nothing to play"),
         (&["animate", "walk.gltf", "-o", "a.png", "--to", "1000", "--fps", "100"], 3, "(frames)"),
         (&["animate", "walk.gltf", "-o", "walk.gltf"], 2, "unknown format"),

@@ -51,13 +51,24 @@ impl Image {
         self.shown.get_or_init(|| DisplayImage::new(&self.frame, &self.display))
     }
 
+    /// For formats without transparency: over white unless it has a background; the command does the same.
+    fn opaque_display(&self) -> DisplayOptions {
+        if self.display.background.is_none() && !self.is_filled {
+            self.display.clone().with_background(Some([255; 3]))
+        } else {
+            self.display.clone()
+        }
+    }
+
+    /// For screens, without transparency.
+    pub(crate) fn shown_opaque(&self, py: Python<'_>) -> DisplayImage {
+        py.detach(|| DisplayImage::new(&self.frame, &self.opaque_display()))
+    }
+
     /// As a file of a format.
     fn encoded(&self, format: OutputFormat, quality: u8, half: bool) -> PyResult<Vec<u8>> {
         let display = match format {
-            // It has no transparency; the command does the same.
-            OutputFormat::Jpeg if self.display.background.is_none() && !self.is_filled => {
-                self.display.clone().with_background(Some([255; 3]))
-            }
+            OutputFormat::Jpeg => self.opaque_display(),
             _ => self.display.clone(),
         };
         let precision = if half { ExrPrecision::Half } else { ExrPrecision::Float };

@@ -6,7 +6,7 @@ use overcoat::output::{MovieFormat, MovieFrame, durations, encode_movie as encod
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-/// An animated PNG or WebP of pictures of one size, so many a second. `format` is an extension.
+/// An animated PNG, WebP or GIF of pictures of one size, so many a second. `format` is an extension.
 #[pyfunction]
 pub(crate) fn encode_movie<'py>(
     py: Python<'py>,
@@ -16,14 +16,20 @@ pub(crate) fn encode_movie<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let format = MovieFormat::from_extension(format).ok_or_else(|| {
         Kind::Option
-            .error(format_args!("format '{format}': moving pictures are written as png, apng and webp"))
+            .error(format_args!("format '{format}': moving pictures are written as png, apng, webp and gif"))
     })?;
     if !(per_second.is_finite() && (0.01..=1000.0).contains(&per_second)) {
         return Err(
             Kind::Option.error(format_args!("fps {per_second}: expected 0.01 to 1000 pictures a second"))
         );
     }
-    let shown: Vec<_> = images.iter().map(|image| image.shown(py)).collect();
+    let over_white: Vec<_>;
+    let shown: Vec<_> = if format == MovieFormat::Gif {
+        over_white = images.iter().map(|image| image.shown_opaque(py)).collect();
+        over_white.iter().collect()
+    } else {
+        images.iter().map(|image| image.shown(py)).collect()
+    };
     let bytes = py.detach(|| {
         let alpha = shown.iter().any(|image| !image.is_opaque());
         let frames =

@@ -292,7 +292,7 @@ def test_a_turntable_is_that_of_the_command(model, command, tmp_path):
         warnings.simplefilter("error")
         movie = overcoat.turntable(model("vase.glb"), frames=4, size=48)
     assert len(movie) == 4 and len(movie[1:]) == 3 and len({image.hash for image in movie}) == 4
-    for extension in ("png", "webp"):
+    for extension in ("png", "webp", "gif"):
         ours, theirs = tmp_path / f"a.{extension}", tmp_path / f"b.{extension}"
         movie.save(ours, fps=8)
         done = command("turntable", model("vase.glb"), "--frames", "4", "--fps", "8", "--size", "48", "-o", str(theirs))
@@ -303,7 +303,7 @@ def test_a_turntable_is_that_of_the_command(model, command, tmp_path):
     for bad in ({"frames": 0}, {"frames": 10**6}, {"turn": "light"}):
         with pytest.raises(overcoat.Error):
             overcoat.turntable(model("vase.glb"), **{"frames": 2, **bad})
-    with pytest.raises(overcoat.OptionError, match="png, apng and webp"):
-        movie.save(tmp_path / "a.gif")
+    with pytest.raises(overcoat.OptionError, match="png, apng, webp and gif"):
+        movie.save(tmp_path / "a.bmp")
     with pytest.raises(overcoat.OptionError, match="fps"):
         movie.encode("png", fps=0)

@@ -26,7 +26,7 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
     let mut task = RenderTask::new(draw, description, models)?;
     let movie = &args.movie;
     let target = MovieOutput::new(&movie.output, &movie.encoding, &task.inputs, task.json)?;
-    task.behind_for(target.picture());
+    target.put_behind(&mut task);
 
     task.progress.stage(format!("loading {}", file_name(&task.source.path)));
     let mut renderer = draw.renderer();
@@ -50,7 +50,7 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
     let mut movie = MovieFrames::new(task, target, &args.movie, frames)?;
     let (camera, ground_under) = steady(movie.task(), frames, &mut poses, renderer.jobs())?;
     movie.put_ground_under(ground_under);
-    for k in 0..frames {
+    while let Some(k) = movie.next_frame()? {
         let task = movie.task();
         let mut scene = poses.at(k, task, renderer.jobs())?;
         setting

@@ -19,6 +19,11 @@ pub fn memory(text: &str) -> Result<u64, String> {
     Some(number(text)?).filter(|bytes| *bytes >= LEAST).ok_or_else(|| "expected at least 64Mi".to_owned())
 }
 
+/// Bytes that a file may take.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    Some(number(text)?).filter(|bytes| *bytes > 0).ok_or_else(|| "expected at least 1".to_owned())
+}
+
 /// A whole number with its suffix.
 fn number(value: &str) -> Result<u64, String> {
     let value = value.trim();

@@ -7,7 +7,7 @@ use super::losses::{clipped, left_out, lost_tint, lowered_exposure, reduced_ligh
 use super::movie_output::{MovieOutput, MovieWriter};
 use super::render_task::{RenderTask, RenderedPicture};
 use super::report::{self, MovieReport, Versions, VisibilityReport};
-use overcoat_core::frame::Meter;
+use overcoat_core::frame::{DisplayOptions, Meter};
 use overcoat_core::limits::Limits;
 use overcoat_description::ground_name;
 use overcoat_load::Warning;
@@ -20,11 +20,34 @@ pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
     ((seconds * frames_a_second).round() as u32).max(1)
 }
 
+/// Most bytes of a file, and the size of the pictures that it has to hold.
+struct Goal {
+    bytes: u64,
+    /// Sides that were asked for.
+    size: [u32; 2],
+    /// Factor of both sides so far.
+    scale: f64,
+    /// Display of the first frame, before it is metered.
+    display: DisplayOptions,
+}
+
+/// Smallest side down to which pictures shrink to reach a size of their file.
+const SMALLEST_SIDE: u32 = 32;
+
+/// Frames from which the size of all is estimated.
+const ESTIMATED_FROM: u32 = 4;
+
+/// Bytes of a container beside those of its frames, for the file and for each frame, at most.
+const CONTAINER: u64 = 64;
+
 /// The frames of one command.
 pub(super) struct MovieFrames {
     task: RenderTask,
     movie: MovieWriter,
     frames: u32,
+    /// Number of the next frame.
+    next: u32,
+    goal: Option<Goal>,
     frames_a_second: f64,
     /// Warnings of the first frame.
     warnings: Vec<Warning>,
@@ -53,12 +76,23 @@ impl MovieFrames {
         Limits::check(|| "moving picture".to_owned(), frames.into(), task.limits.frames, "frames")
             .map_err(|e| Failure::limit(&e))?;
         target.check(frames as usize, &task.inputs)?;
+        if args.max_bytes.is_some() && !target.is_one_file() {
+            return Err(Failure::usage("--max-bytes is for one file, not for a picture each frame"));
+        }
+        let goal = args.max_bytes.map(|bytes| Goal {
+            bytes,
+            size: [task.options.width, task.options.height],
+            scale: 1.0,
+            display: task.display.clone(),
+        });
         let movie = MovieWriter::new(target, task.display.clone(), task.limits.clone());
         let (warnings, coverage, tint) = (Vec::new(), None, None);
         Ok(Self {
             task,
             movie,
             frames,
+            next: 0,
+            goal,
             frames_a_second: args.fps,
             warnings,
             coverage,
@@ -77,6 +111,64 @@ impl MovieFrames {
     /// Puts the floor of all frames under a box, see [`RenderOptions::ground_under`](overcoat::RenderOptions::ground_under).
     pub(super) fn put_ground_under(&mut self, bounds: Option<Bounds>) {
         self.task.options.ground_under = bounds;
+    }
+
+    /// The number of the frame that is to be rendered next, `None` when all are there. Begins again with smaller pictures where
+    /// the file would have more bytes than it may have.
+    ///
+    /// # Errors
+    /// [`Failure`] if no size of pictures is small enough.
+    pub(super) fn next_frame(&mut self) -> Result<Option<u32>, Failure> {
+        if let Some(bytes) = self.too_many_bytes() {
+            self.shrink(bytes)?;
+        }
+        Ok((self.next < self.frames).then_some(self.next))
+    }
+
+    /// Bytes that all frames take, or would take as those so far do, if they are too many.
+    fn too_many_bytes(&self) -> Option<u64> {
+        let goal = self.goal.as_ref()?;
+        let (so_far, all) = (u64::from(self.next), u64::from(self.frames));
+        let container = CONTAINER.saturating_mul(all + 1);
+        let known = self.movie.bytes().saturating_add(container);
+        let estimate = u128::from(self.movie.bytes()) * u128::from(all) / u128::from(so_far.max(1));
+        let estimate = u64::try_from(estimate).unwrap_or(u64::MAX).saturating_add(container);
+        // Frames to come may be smaller.
+        let is_likely = self.next >= ESTIMATED_FROM && estimate > goal.bytes.saturating_add(goal.bytes / 4);
+        (so_far > 0 && (known > goal.bytes || is_likely)).then_some(estimate)
+    }
+
+    /// Begins again with pictures whose file is about as small as it has to be. Bytes grow with the area.
+    fn shrink(&mut self, bytes: u64) -> Result<(), Failure> {
+        let Some(goal) = &mut self.goal else { return Ok(()) };
+        let factor = (goal.bytes as f64 / bytes as f64).sqrt() * 0.97;
+        let scale = goal.scale * factor.min(0.95);
+        let [width, height] = goal.size.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+        if width.min(height) < SMALLEST_SIDE {
+            let [width, height] = [self.task.options.width, self.task.options.height];
+            return Err(Failure::failed(format!(
+                "--max-bytes {}: {} frames of {width} x {height} pixels take about {bytes} bytes, and smaller ones show nothing; \
+                 --fps and --frames make fewer",
+                goal.bytes, self.frames
+            )));
+        }
+        goal.scale = scale;
+        self.task.display = goal.display.clone();
+        (self.task.options.width, self.task.options.height) = (width, height);
+        self.movie.clear();
+        self.warnings.clear();
+        (self.coverage, self.tint, self.next) = (None, None, 0);
+        Ok(())
+    }
+
+    /// Warning about pictures that are smaller than they were asked for.
+    fn smaller_pictures(&self) -> Option<Warning> {
+        let goal = self.goal.as_ref().filter(|goal| goal.scale < 1.0)?;
+        let ([width, height], options) = (goal.size, &self.task.options);
+        Some(Warning::new(format!(
+            "{} x {} pixels in place of {width} x {height}: the file may have {} bytes",
+            options.width, options.height, goal.bytes
+        )))
     }
 
     /// Renders frame `k`.
@@ -124,6 +216,7 @@ impl MovieFrames {
             self.tint = lost_tint(tinted, &self.task.display);
         }
         pixels.recycle(renderer);
+        self.next = k + 1;
         Ok(())
     }
 
@@ -132,6 +225,7 @@ impl MovieFrames {
     /// # Errors
     /// [`Failure`] if they cannot be encoded or written; no file is left then.
     pub(super) fn finish(self, mut warnings: Vec<Warning>) -> Result<(), Failure> {
+        warnings.extend(self.smaller_pictures());
         let Self { mut task, movie, frames, frames_a_second, shading, orientation, camera, .. } = self;
         warnings.extend(self.warnings);
         warnings.extend(self.tint);

@@ -8,7 +8,7 @@ use super::output_file::{
     Encoded, check_file, check_quality, check_standard_output, file_format, output_failure, remove,
 };
 use super::picture_format::PictureFormat;
-use super::render_task::Pixels;
+use super::render_task::{Pixels, RenderTask};
 use overcoat_core::frame::{DisplayImage, DisplayOptions};
 use overcoat_core::limits::Limits;
 use overcoat_description::is_standard_stream;
@@ -47,13 +47,25 @@ impl MovieOutput {
         let standard_output = is_standard_stream(path);
         let numbered =
             !standard_output && path.file_name().is_some_and(|name| name.as_encoded_bytes().contains(&b'#'));
+        let unknown = |known: &str| Failure::usage(format!("unknown format; known are {known}")).at(path);
+        let known = ".gif, .png and .apng (animated PNG), .webp, and .png, .webp or .jpg with # in its name";
+        if MovieFormat::from_extension(extension) == Some(MovieFormat::Gif) && !standard_output {
+            if numbered {
+                return Err(unknown(known));
+            }
+            if let Some(asked) = encoding.output_format {
+                let message = format!("the name says GIF, --output-format says {asked}");
+                return Err(Failure::usage(message).at(path));
+            }
+            check_quality(encoding.jpeg_quality, PictureFormat::File(OutputFormat::Png))?;
+            let target = target(Some(MovieFormat::Gif), OutputFormat::Png);
+            return target.check(1, inputs).map(|()| target);
+        }
         // A name ending in .apng says PNG as well.
         let named = match MovieFormat::from_extension(extension) {
             Some(MovieFormat::Apng) if !numbered => path.with_extension("png"),
             _ => path.to_owned(),
         };
-        let unknown = |known: &str| Failure::usage(format!("unknown format; known are {known}")).at(path);
-        let known = ".png and .apng (animated PNG), .webp, and .png, .webp or .jpg with # in its name";
         let picture = match encoding.output_format {
             None if !standard_output && OutputFormat::from_path(&named).is_err() => {
                 return Err(unknown(known));
@@ -79,9 +91,17 @@ impl MovieOutput {
         Ok(target)
     }
 
-    /// The format of numbered pictures, or the one that the moving picture is of.
-    pub(super) fn picture(&self) -> OutputFormat {
-        self.picture
+    /// Puts white behind the pictures of a task where the format cannot show what is half there.
+    pub(super) fn put_behind(&self, task: &mut RenderTask) {
+        match self.format {
+            Some(MovieFormat::Gif) => task.put_behind("GIF has no translucent pixels"),
+            _ => task.behind_for(self.picture),
+        }
+    }
+
+    /// True if all frames are in one file.
+    pub(super) fn is_one_file(&self) -> bool {
+        self.format.is_some()
     }
 
     /// The file of one numbered picture.
@@ -127,6 +147,18 @@ impl MovieWriter {
     pub(super) fn new(target: MovieOutput, display: DisplayOptions, limits: Limits) -> Self {
         let (frames, written) = (Vec::new(), Vec::new());
         Self { target, display, limits, frames, written, bytes: 0, hashes: String::new() }
+    }
+
+    /// Bytes of the frames so far.
+    pub(super) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Forgets the frames so far.
+    pub(super) fn clear(&mut self) {
+        self.frames.clear();
+        self.hashes.clear();
+        self.bytes = 0;
     }
 
     /// Frames become 8 bits like this from now on.
@@ -214,14 +246,16 @@ mod tests {
         assert_eq!(format("a.png"), Ok((Some(MovieFormat::Apng), png)));
         assert_eq!(format("a.APNG"), Ok((Some(MovieFormat::Apng), png)));
         assert_eq!(format("a.webp"), Ok((Some(MovieFormat::WebP), webp)));
+        assert_eq!(format("a.GIF"), Ok((Some(MovieFormat::Gif), png)));
         assert_eq!(format("a-###.png"), Ok((None, png)));
         assert_eq!(format("a-###.webp"), Ok((None, webp)));
         assert_eq!(format("a-###.jpeg"), Ok((None, OutputFormat::Jpeg)));
         assert_eq!(target("a", Some(webp)).unwrap().format, Some(MovieFormat::WebP));
-        for bad in ["a", "a.gif", "a.jpg", "a.exr", "a-##.exr", "#"] {
+        for bad in ["a", "a-#.gif", "a.jpg", "a.exr", "a-##.exr", "#"] {
             assert_eq!(format(bad).unwrap_err().exit_code(), 2, "{bad}");
         }
         assert_eq!(target("a.webp", Some(png)).unwrap_err().exit_code(), 2);
+        assert_eq!(target("a.gif", Some(png)).unwrap_err().exit_code(), 2);
         assert_eq!(format("no-such-folder/a.png").unwrap_err().exit_code(), 1);
     }
 

@@ -177,7 +177,14 @@ impl RenderTask {
 
     /// Puts white behind the picture if its format has no transparency, and nothing else is to be there.
     pub(super) fn behind_for(&mut self, format: OutputFormat) {
-        if format != OutputFormat::Jpeg || self.display.background.is_some() {
+        if format == OutputFormat::Jpeg {
+            self.put_behind("JPEG has no transparency");
+        }
+    }
+
+    /// Puts white behind the picture for this reason, unless something else is to be there.
+    pub(super) fn put_behind(&mut self, reason: &str) {
+        if self.display.background.is_some() {
             return;
         }
         if self.options.background == Background::Environment {
@@ -185,7 +192,7 @@ impl RenderTask {
         }
         self.display.background = Some([255; 3]);
         if self.description.background.is_some() {
-            self.reporter.warning("JPEG has no transparency: white is behind the picture");
+            self.reporter.warning(format_args!("{reason}: white is behind the picture"));
         }
     }
 

@@ -28,7 +28,7 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     let mut task = RenderTask::new(draw, description, models)?;
     let movie = &args.movie;
     let target = MovieOutput::new(&movie.output, &movie.encoding, &task.inputs, task.json)?;
-    task.behind_for(target.picture());
+    target.put_behind(&mut task);
     let seconds = args.seconds.unwrap_or(3.0);
     let frames = args.frames.unwrap_or_else(|| frame_count(seconds, args.movie.fps));
     let mut movie = MovieFrames::new(task, target, &args.movie, frames)?;
@@ -40,7 +40,7 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     let Loaded { mut scene, warnings, .. } = movie.task().load(renderer.jobs(), &mut Stages::default())?;
     let turning =
         Turning::new(description, &scene, options, frames, args.turn).map_err(|e| about(Failure::from(e)))?;
-    for k in 0..frames {
+    while let Some(k) = movie.next_frame()? {
         let eye =
             turning.pose(k, &mut scene).map_err(|e| Failure::scene(&e).at(&movie.task().source.path))?;
         movie.render_frame(k, &mut renderer, &scene, &eye)?;

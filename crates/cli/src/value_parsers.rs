@@ -1,6 +1,6 @@
 //! The values of options: how each is written and what it means.
 
-pub use super::limit_values::{LIMIT_NAMES, limit, limits, memory, set_limit};
+pub use super::limit_values::{LIMIT_NAMES, bytes, limit, limits, memory, set_limit};
 use super::names::around_last_equals;
 use super::picture_format::PictureFormat;
 use clap::builder::{OsStringValueParser, TypedValueParser};

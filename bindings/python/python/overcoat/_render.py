@@ -147,7 +147,7 @@ class Movie(Sequence[_overcoat.Image]):
         return iter(self._images)
 
     def encode(self, format: str = "png", *, fps: float = 12.0) -> bytes:
-        """The bytes of an animated PNG (`png`) or WebP (`webp`), which repeats for ever.
+        """The bytes of an animated PNG (`png`), WebP (`webp`) or GIF (`gif`: 256 colours a frame), which repeats for ever.
 
         Args:
             fps: Pictures a second, 0.01 to 1000.

@@ -69,8 +69,9 @@ pub struct RenderArgs {
 /// What moving pictures have in common.
 #[derive(Debug, Args)]
 pub struct MovieArgs {
-    /// What to write: .png or .apng (animated PNG), .webp (lossless), a .png, .webp or .jpg with # in its name for a
-    /// numbered picture each frame (out-####.png), or - for standard output (animated PNG, or with --output-format webp)
+    /// What to write: .gif (256 colours a frame), .png or .apng (animated PNG), .webp (lossless), a .png, .webp or .jpg with #
+    /// in its name for a numbered picture each frame (out-####.png), or - for standard output (animated PNG, or with
+    /// --output-format webp)
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
@@ -81,12 +82,17 @@ pub struct MovieArgs {
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<f64>(0.1, 1000.0),
           allow_negative_numbers = true, default_value = "24")]
     pub fps: f64,
+
+    /// Most bytes of the file (suffixes k, M, Ki, Mi): the picture is drawn smaller until it fits, with a warning
+    #[arg(long, value_name = "N", value_parser = value_parsers::bytes)]
+    pub max_bytes: Option<u64>,
 }
 
 /// `overcoat turntable`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   overcoat turntable car.glb -o car.png
+  overcoat turntable car.glb -o car.gif --max-bytes 5M
   overcoat turntable car.glb -o car.webp --seconds 4 --fps 30 --background white
   overcoat turntable car.glb -o car-####.png --frames 36 --turn camera
 

@@ -64,9 +64,9 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Render one model to a small square PNG, confined, within small limits
     Thumbnail(ThumbnailArgs),
-    /// Turn a model once around: an animated PNG or WebP, or numbered pictures
+    /// Turn a model once around: a GIF, animated PNG or WebP, or numbered pictures
     Turntable(Box<TurntableArgs>),
-    /// Play an animation of a model: an animated PNG or WebP, or numbered pictures
+    /// Play an animation of a model: a GIF, animated PNG or WebP, or numbered pictures
     Animate(Box<AnimateArgs>),
     /// Print what a model file contains
     Info(InfoArgs),

@@ -31,7 +31,7 @@ pub fn encode_jpeg(image: &DisplayImage, quality: u8) -> Result<Vec<u8>, OutputE
 }
 
 /// Straight alpha over white, in codes as browsers do.
-fn over_white([r, g, b, a]: [u8; 4]) -> [u8; 3] {
+pub(super) fn over_white([r, g, b, a]: [u8; 4]) -> [u8; 3] {
     let a = u32::from(a);
     [r, g, b].map(|v| ((u32::from(v) * a + 255 * (255 - a) + 127) / 255) as u8)
 }

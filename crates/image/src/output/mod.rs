@@ -14,6 +14,7 @@ mod exr;
 mod hdr;
 mod jpeg;
 mod movie;
+mod palette;
 mod png;
 mod terminal;
 mod webp;

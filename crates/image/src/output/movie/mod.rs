@@ -1,15 +1,16 @@
-//! Moving pictures: animated PNG and lossless animated WebP.
+//! Moving pictures: animated PNG, lossless animated WebP, and GIF.
 //!
 //! Frames are encoded one by one, each as the still picture that it is, and put into one container in the end.
 
 mod apng;
+mod gif;
 mod webp;
 
 use super::{DisplayImage, OutputError};
 use overcoat_core::formats::{self, FileFormat};
 use std::fmt;
 
-/// A format of moving pictures. Both keep every bit of every frame.
+/// A format of moving pictures. All but GIF keep every bit of every frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum MovieFormat {
@@ -17,11 +18,13 @@ pub enum MovieFormat {
     Apng,
     /// Lossless WebP.
     WebP,
+    /// GIF: what every chat, tracker and mail shows, at the price of 256 colours a frame. What is translucent lies over white.
+    Gif,
 }
 
 impl MovieFormat {
     /// All of them.
-    pub const ALL: &[Self] = &[Self::Apng, Self::WebP];
+    pub const ALL: &[Self] = &[Self::Apng, Self::WebP, Self::Gif];
 
     /// Name, extensions and media type.
     #[must_use]
@@ -29,6 +32,7 @@ impl MovieFormat {
         match self {
             Self::Apng => formats::APNG,
             Self::WebP => formats::WEBP,
+            Self::Gif => formats::GIF,
         }
     }
 
@@ -44,6 +48,7 @@ impl fmt::Display for MovieFormat {
         f.write_str(match self {
             Self::Apng => "APNG",
             Self::WebP => "WebP",
+            Self::Gif => "GIF",
         })
     }
 }
@@ -54,7 +59,7 @@ pub struct MovieFrame {
     format: MovieFormat,
     width: u32,
     height: u32,
-    /// A PNG file, or the content of a VP8L chunk.
+    /// A PNG file, the content of a VP8L chunk, or the image block of a GIF.
     bytes: Vec<u8>,
 }
 
@@ -68,6 +73,7 @@ impl MovieFrame {
         let bytes = match format {
             MovieFormat::Apng => apng::encode_frame(image, alpha)?,
             MovieFormat::WebP => webp::encode_frame(image, alpha)?,
+            MovieFormat::Gif => gif::encode_frame(image)?,
         };
         Ok(Self { format, width: image.width, height: image.height, bytes })
     }
@@ -97,6 +103,7 @@ pub fn encode_movie(frames: &[MovieFrame], milliseconds: &[u16]) -> Result<Vec<u
     match format {
         MovieFormat::Apng => apng::assemble(frames, milliseconds),
         MovieFormat::WebP => webp::assemble(frames, milliseconds),
+        MovieFormat::Gif => gif::assemble(frames, milliseconds),
     }
 }
 
@@ -175,7 +182,7 @@ mod tests {
             encode_movie(&frames, &times).unwrap_err();
         }
         let empty = DisplayImage { width: 0, height: 3, pixels: Vec::new() };
-        for format in [MovieFormat::Apng, MovieFormat::WebP] {
+        for &format in MovieFormat::ALL {
             MovieFrame::new(&empty, format, true).unwrap_err();
         }
     }

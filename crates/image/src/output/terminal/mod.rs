@@ -5,7 +5,6 @@
 
 mod blocks;
 mod kitty;
-mod palette;
 mod sixel;
 
 use super::{DisplayImage, OutputError};

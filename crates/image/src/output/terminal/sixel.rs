@@ -1,7 +1,7 @@
 //! Sixel graphics: bands of six rows, each drawn once for every colour in it.
 
 use super::super::DisplayImage;
-use super::palette::Palette;
+use super::super::palette::Palette;
 use super::shown;
 use std::io::Write;
 
