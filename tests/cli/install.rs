@@ -6,6 +6,7 @@ use overcoat_cli::args::Cli;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A file of `packaging/`.
 fn packaging(name: &str) -> String {
@@ -45,6 +46,38 @@ fn completions_know_every_command_that_users_see() {
         assert!(output.stdout.is_empty());
     }
     assert_eq!(names(folder.path()), ["quad.glb"]);
+}
+
+/// What bash offers after words, by the script itself. Nothing where there is no bash.
+fn completed_in_bash(folder: &Path, words: &[&str]) -> Option<Vec<String>> {
+    const LAST: &str = r#"source complete.bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1));
+        _overcoat overcoat "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD - 1]}"; printf '%s\n' "${COMPREPLY[@]}""#;
+    let script = overcoat(folder, &["completions", "bash"]).stdout;
+    fs::write(folder.join("complete.bash"), script).unwrap();
+    let mut bash = Command::new("bash");
+    bash.args(["--norc", "-c", LAST, "bash", "overcoat"]).args(words).current_dir(folder);
+    let output = bash.output().ok()?;
+    assert!(output.status.success(), "{words:?}: {}", stderr(&output));
+    Some(String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect())
+}
+
+#[test]
+fn bash_completes_commands_options_and_their_values() {
+    let folder = folder();
+    let cases: [(&[&str], &[&str]); 7] = [
+        (&["turn"], &["turntable"]),
+        (&["render", "--shading-"], &["--shading-rate"]),
+        (&["render", "--shading", "stack"], &["stacklit", "stacklit-d"]),
+        (&["render", "--quality", ""], &["draft", "fast", "good", "best"]),
+        (&["render", "--env", ""], &["studio", "none"]),
+        (&["render", "--up", ""], &["+x", "-x", "+y", "-y", "+z", "-z"]),
+        (&["render", "--material", "candy"], &["candy-blue", "candy-red", "candy-violet"]),
+    ];
+    for (words, expected) in cases {
+        if let Some(offered) = completed_in_bash(folder.path(), words) {
+            assert_eq!(offered, expected, "{words:?}");
+        }
+    }
 }
 
 #[test]
@@ -162,9 +195,8 @@ fn batch_and_serve_are_handed_over() {
     let folder = tempfile::tempdir().unwrap();
     let own = folder.path().join("overcoat");
     fs::copy(env!("CARGO_BIN_EXE_overcoat"), &own).unwrap();
-    let run = |arguments: &[&str]| {
-        std::process::Command::new(&own).args(arguments).env("PATH", folder.path()).output().unwrap()
-    };
+    let run =
+        |arguments: &[&str]| Command::new(&own).args(arguments).env("PATH", folder.path()).output().unwrap();
     let missing = run(&["batch", "models", "-o", "pictures"]);
     let text = String::from_utf8_lossy(&missing.stderr).into_owned();
     assert_eq!((missing.status.code(), text.lines().count()), (Some(1), 1), "{text}");

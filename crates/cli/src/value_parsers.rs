@@ -3,12 +3,14 @@
 pub use super::limit_values::{LIMIT_NAMES, bytes, limit, limits, memory, set_limit};
 use super::names::around_last_equals;
 use super::picture_format::PictureFormat;
-use clap::builder::{OsStringValueParser, TypedValueParser};
+use clap::builder::{OsStringValueParser, PossibleValue, TypedValueParser};
+use clap::{Arg, Command};
 use overcoat_core::frame::Aov;
 use overcoat_core::math::lanes::SimdLevel;
 use overcoat_description::{MaterialChoice, MaterialSource, one_of};
 pub use overcoat_description::{background, position, seconds, size};
 use overcoat_image::output::OutputFormat;
+use overcoat_load::BuiltinMaterial;
 use overcoat_scene::ShadingModel;
 use std::ffi::OsStr;
 use std::fmt::Display;
@@ -69,9 +71,26 @@ pub fn material(text: impl AsRef<OsStr>) -> Result<MaterialChoice, String> {
     MaterialSource::of(&source).map(|source| MaterialChoice { name, source })
 }
 
-/// [`material`] of arguments that need not be text.
-pub fn material_parser() -> impl TypedValueParser<Value = MaterialChoice> {
-    OsStringValueParser::new().try_map(material)
+/// [`material`] of arguments that need not be text; a shell completes the names of the built-in ones.
+#[derive(Clone)]
+pub struct MaterialParser;
+
+impl TypedValueParser for MaterialParser {
+    type Value = MaterialChoice;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        arg: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<MaterialChoice, clap::Error> {
+        OsStringValueParser::new().try_map(material).parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let names = BuiltinMaterial::all().iter().map(|material| PossibleValue::new(material.name));
+        Some(Box::new(names))
+    }
 }
 
 /// A file by its path or its `file:` URI.

@@ -155,7 +155,7 @@ class Movie(Sequence[_overcoat.Image]):
         return _overcoat.encode_movie(self._images, format, fps)
 
     def save(self, path: str | os.PathLike[str], *, fps: float = 12.0) -> None:
-        """Writes an animated `.png` or `.webp`; whole or not at all."""
+        """Writes an animated `.png`, `.webp` or `.gif`; whole or not at all."""
         import os as system
 
         name = system.fspath(path)

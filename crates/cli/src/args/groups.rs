@@ -94,8 +94,8 @@ pub struct DrawArgs {
 
     /// Make the model of a material: a .toml file or the name of a built-in one, for every mesh or for the
     /// materials of one name in the model; may be repeated, later ones lie over earlier ones
-    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = value_parsers::material_parser(),
-          help_heading = "Picture")]
+    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = value_parsers::MaterialParser,
+          hide_possible_values = true, help_heading = "Picture")]
     pub materials: Vec<MaterialChoice>,
 
     #[command(flatten)]
