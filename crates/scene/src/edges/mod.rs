@@ -186,7 +186,7 @@ fn face_normal(corners: [[f32; 3]; 3], least: f64) -> [f32; 3] {
 /// Sides of faces, sorted by the lower of their ends, then by the other, then by face.
 struct Sides {
     list: Vec<Side>,
-    /// Where the sides of each vertex begin, and the end.
+    /// Start of the sides of each vertex, and the end.
     starts: Vec<u32>,
 }
 

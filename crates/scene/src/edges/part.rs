@@ -19,7 +19,7 @@ pub(super) struct Angles {
     /// 20 degrees up to a crease.
     unclear: f64,
     creases: f64,
-    /// Of one face, or of more than two.
+    /// Edges of one face, or of more than two.
     open: f64,
     all: f64,
 }
