@@ -197,7 +197,7 @@ pub mod output {
 pub mod render {
     #[doc(inline)]
     pub use overcoat_render::{
-        Background, Cancellation, EnvironmentStore, Ground, Hit, Quality, ReducedLight, RenderError,
+        Background, Cancellation, Edges, EnvironmentStore, Ground, Hit, Quality, ReducedLight, RenderError,
         RenderOptions, RenderStats, Rendered, RenderedImage, RenderedInto, Renderer, RendererBuilder,
         StageHashes, Unseen, Visibility, WorkDone,
     };

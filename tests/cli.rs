@@ -241,6 +241,8 @@ fn bad_input_ends_in_one_clear_line() {
         ),
         (&["render", "quad.glb", "--anisotropy", "x"], 2, &["--anisotropy", "expected 1 to 16"]),
         (&["render", "quad.glb", "--merge-angle", "nan"], 2, &["--merge-angle", "expected 0 to 45"]),
+        (&["render", "quad.glb", "--edges", "crease"], 2, &["--edges", "none, creases, boundary"]),
+        (&["render", "quad.glb", "--edge-width", "0"], 2, &["--edge-width", "expected 0.1 to 64"]),
         (&["render", "quad.glb", "--line-width", "-1"], 2, &["--line-width", "expected 0.1 to 64"]),
         (&["render", "quad.glb", "--exposure", "100"], 2, &["--exposure", "expected -64 to 64"]),
         (&["render", "quad.glb", "--threads", "-1"], 2, &["--threads", "expected 0 to 256"]),

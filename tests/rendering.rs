@@ -8,6 +8,7 @@ mod by_need;
 mod common;
 mod defaults;
 mod dense_mesh;
+mod edges;
 mod far_limit;
 mod fill_rule;
 mod lamp_shadows;

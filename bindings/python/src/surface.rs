@@ -4,7 +4,7 @@ use overcoat::Scene;
 use overcoat::frame::{DisplayOptions, Frame};
 use overcoat::render::{RenderOptions, RenderStats};
 use overcoat::scene::Camera;
-use overcoat_cli::losses::{left_out, lowered_exposure, reduced_light};
+use overcoat_cli::losses::{left_out, limited, lowered_exposure};
 
 /// One sentence for each; `display` is as it was asked for, `exposure` that of the picture.
 pub(crate) fn losses(
@@ -17,7 +17,7 @@ pub(crate) fn losses(
 ) -> Vec<String> {
     let mut all: Vec<String> = left_out(scene, options.shading).map(|warning| warning.message).collect();
     all.extend(scene.texture_losses());
-    all.extend(reduced_light(stats).map(|warning| warning.message));
+    all.extend(limited(stats).map(|warning| warning.message));
     all.extend(lowered_exposure(display, exposure).map(|warning| warning.message));
     if display.background.is_none() && frame.is_tinted() {
         all.push(

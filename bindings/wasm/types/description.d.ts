@@ -31,6 +31,10 @@ export interface Description {
     /** Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from the model towards the camera [default: three-quarter, or another one from the front and above that shows twice as much]. */
     view?: "three-quarter" | "front" | "back" | "left" | "right" | "top" | "bottom" | (string & {});
   };
+  /** Width of the lines of edges in pixels, 0.1 to 64 [default: 1.2 in 512x512, with the root of the shorter side]. */
+  edge_width?: number;
+  /** Edges that are drawn as dark lines: none, creases (where faces meet at more than 40 degrees) or boundary (and where they end) [default: creases of parts without colours (STL, 3MF, OBJ, PLY); else none]. */
+  edges?: "none" | "creases" | "boundary";
   /** Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, studio for the built-in one, or none [default: studio]. */
   env?: "studio" | "none" | (string & {});
   /** Factor of the environment's radiance [default: 1]. */

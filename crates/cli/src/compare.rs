@@ -4,7 +4,7 @@ use super::args::CompareModelsArgs;
 use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::{Failure, file_name};
-use super::losses::{clipped, lost_tint, lowered_exposure, reduced_light, texture_losses};
+use super::losses::{clipped, limited, lost_tint, lowered_exposure, texture_losses};
 use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions};
 use overcoat_core::frame::DisplayImage;
@@ -137,7 +137,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     let clipping = task.clipping(&scene, &rendered.frame);
     warnings.extend(lowered_exposure(&display, task.display.exposure));
     warnings.extend(clipped(&scene, &task.display, clipping));
-    warnings.extend(reduced_light(&rendered.stats));
+    warnings.extend(limited(&rendered.stats));
     warnings.extend(lost_tint(rendered.frame.is_tinted(), &task.display));
     match task.check_coverage(&task.source, &scene, &camera, &rendered.stats) {
         Ok(warning) => warnings.extend(warning),

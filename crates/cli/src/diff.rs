@@ -5,7 +5,7 @@ use super::camera_report::CameraReport;
 use super::contact::ContactSheet;
 use super::failure::{Failure, file_name};
 use super::input::ModelSource;
-use super::losses::{clipped, lost_tint, lowered_exposure, reduced_light, texture_losses};
+use super::losses::{clipped, limited, lost_tint, lowered_exposure, texture_losses};
 use super::output_file::is_standard_output;
 use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions};
@@ -155,7 +155,7 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
     for (source, scene, rendered) in [(&task.source, &first, &own), (&after, &second, &other)] {
         warnings.extend(texture_losses(scene, &warnings));
         warnings.extend(clipped(scene, &task.display, task.clipping(scene, &rendered.frame)));
-        warnings.extend(reduced_light(&rendered.stats));
+        warnings.extend(limited(&rendered.stats));
         warnings.extend(lost_tint(rendered.frame.is_tinted(), &task.display));
         warnings.extend(task.check_coverage(source, scene, &camera, &rendered.stats)?);
     }

@@ -34,10 +34,19 @@ pub(super) fn losses(
     warnings.chain(changed_splats(scene, display)).chain(clipped(scene, display, clipping)).collect()
 }
 
-/// Light that was left out to stay within a limit, with the option that raises it.
-pub fn reduced_light(stats: &RenderStats) -> Option<Warning> {
-    let reduced = stats.reduced_light.as_ref()?;
-    Some(Warning::new(format!("{reduced}; --limit {}=N raises the limit", reduced.limit.field)))
+/// Light and edges that were left out to stay within a limit, with the option that raises it.
+pub fn limited(stats: &RenderStats) -> impl Iterator<Item = Warning> {
+    let light = stats.reduced_light.as_ref().map(|reduced| {
+        Warning::new(format!("{reduced}; --limit {}=N raises the limit", reduced.limit.field))
+    });
+    let edges = (stats.edges_left_out > 0).then(|| {
+        Warning::new(format!(
+            "edges of {} meshes are left out: they would take more than a quarter of frame_bytes; --limit frame_bytes=N raises the \
+             limit",
+            stats.edges_left_out
+        ))
+    });
+    light.into_iter().chain(edges)
 }
 
 /// Parameters of materials that their shading models do not have: one warning for each model.

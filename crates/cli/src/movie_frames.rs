@@ -3,7 +3,7 @@
 use super::args::MovieArgs;
 use super::camera_report::CameraReport;
 use super::failure::Failure;
-use super::losses::{clipped, left_out, lost_tint, lowered_exposure, reduced_light, texture_losses};
+use super::losses::{clipped, left_out, limited, lost_tint, lowered_exposure, texture_losses};
 use super::movie_output::{MovieOutput, MovieWriter};
 use super::render_task::{RenderTask, RenderedPicture};
 use super::report::{self, MovieReport, Versions, VisibilityReport};
@@ -207,7 +207,7 @@ impl MovieFrames {
             }
         }
         if k == 0 {
-            self.warnings.extend(reduced_light(&stats));
+            self.warnings.extend(limited(&stats));
             self.warnings.extend(left_out(scene, options.shading));
             self.shading = report::shading_name(options.shading, scene);
         }

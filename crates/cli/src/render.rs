@@ -3,7 +3,7 @@
 use super::args::{DrawArgs, RenderArgs};
 use super::embedded::{self, Embedded};
 use super::failure::{Failure, file_name};
-use super::losses::{left_out, losses, reduced_light, texture_losses};
+use super::losses::{left_out, limited, losses, texture_losses};
 use super::output_file::{OutputFile, is_standard_output};
 use super::picture_format::PictureFormat;
 use super::render_report::{RenderReport, Told};
@@ -125,7 +125,7 @@ pub(super) fn carry_out(
         format if format.is_linear() => left_out(&scene, shading).collect(),
         _ => losses(&scene, shading, (&display, exposure), tinted, clipping),
     });
-    warnings.extend(reduced_light(&stats));
+    warnings.extend(limited(&stats));
     match task.check_coverage(source, &scene, &camera, &stats) {
         Ok(warning) => warnings.extend(warning),
         Err(failure) => {

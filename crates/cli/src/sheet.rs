@@ -5,7 +5,7 @@ use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::{Failure, file_name};
 use super::input::ModelSource;
-use super::losses::{losses, reduced_light, texture_losses};
+use super::losses::{limited, losses, texture_losses};
 use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions};
 use overcoat_core::frame::DisplayImage;
@@ -123,7 +123,7 @@ fn render_cell(
     let clipping = task.clipping(scene, &rendered.frame);
     let metered = display.metered(&rendered.frame);
     let mut losses = losses(scene, task.options.shading, (&display, metered.exposure), tinted, clipping);
-    losses.extend(reduced_light(&rendered.stats));
+    losses.extend(limited(&rendered.stats));
     losses.extend(texture_losses(scene, &loaded.warnings));
     let display = metered;
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();

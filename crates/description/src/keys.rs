@@ -17,7 +17,7 @@ use super::write;
 use overcoat_core::color::ToneCurve;
 use overcoat_core::suggest::{nearest_name, same_name, suggestion};
 use overcoat_load::Warning;
-use overcoat_render::Quality;
+use overcoat_render::{Edges, Quality};
 use overcoat_scene::{AreaLightMethod, ShadingModel};
 use serde_json::Value as Json;
 use std::borrow::Cow;
@@ -377,6 +377,23 @@ pub(super) static SCENE: &[Key<Description>] = &[
     .default("0")
     .argument(Argument::new(Group::Picture, "merge-angle", "DEGREES"))
     .in_requests(),
+    scene!(
+        "edges",
+        s.edges,
+        Names::<Edges>::OF,
+        "Edges that are drawn as dark lines: none, creases (where faces meet at more than 40 degrees) or boundary (and where they end)"
+    )
+    .default("creases of parts without colours (STL, 3MF, OBJ, PLY); else none")
+    .argument(Argument::new(Group::Picture, "edges", "EDGES").more(|| {
+        "Hidden lines are hidden, and creases that would blacken the picture are left out: those of scans, of relief and of parts \
+         that are small on the screen. Surfaces that are cut out, blended or let light through have none."
+            .to_owned()
+    }))
+    .in_requests(),
+    scene!("edge_width", s.edge_width, Number::within("pixels", 0.1, 64.0), "Width of the lines of edges in pixels")
+        .default("1.2 in 512x512, with the root of the shorter side")
+        .argument(Argument::new(Group::Picture, "edge-width", "PIXELS"))
+        .in_requests(),
     scene!("line_width", s.line_width, Number::within("pixels", 0.1, 64.0), "Width of lines in pixels")
         .default("1.5")
         .argument(Argument::new(Group::Picture, "line-width", "PIXELS"))

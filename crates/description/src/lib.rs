@@ -87,7 +87,7 @@ use keys::SCENE;
 use overcoat_core::color::ToneCurve;
 use overcoat_core::limits::Limits;
 use overcoat_load::{AnimationChoice, LoadError, Warning, has_folder, inner_extension, read_input};
-use overcoat_render::{Ground, Quality};
+use overcoat_render::{Edges, Ground, Quality};
 use overcoat_scene::Axis;
 use overcoat_scene::{AreaLightMethod, ShadingModel};
 use std::cell::RefCell;
@@ -168,6 +168,10 @@ pub struct Description {
     pub area_lights: Option<AreaLightMethod>,
     /// Triangles smaller than a pixel are shaded as one where their normals differ by less than this, 0 to 45 degrees.
     pub merge_angle_degrees: Option<f32>,
+    /// Edges that are drawn as lines: `none`, `creases` or `boundary`. If absent, creases of parts of clay.
+    pub edges: Option<Edges>,
+    /// Width of these lines in pixels, 0.1 to 64.
+    pub edge_width: Option<f32>,
     /// Width of lines in pixels, 0.1 to 64.
     pub line_width: Option<f32>,
     /// Diameter of points in pixels, 0.1 to 64.

@@ -135,6 +135,8 @@ impl Description {
         options.ground = self.ground.unwrap_or(own_ground);
         options.ground_reflection = ground_reflection;
         options.merge_angle = self.merge_angle_degrees.unwrap_or(defaults.merge_angle);
+        options.edges = self.edges;
+        options.edge_width = self.edge_width;
         options.line_width = self.line_width.unwrap_or(defaults.line_width);
         options.point_size = self.point_size;
         options.limits = limits.clone();

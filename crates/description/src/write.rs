@@ -102,6 +102,8 @@ mod tests {
         ground = "#304050"
         ground_reflection = 0.25
         merge_angle_deg = 12.5
+        edges = "boundary"
+        edge_width = 2.0
         line_width = 0.1
         point_size = 2.5
         [materials]

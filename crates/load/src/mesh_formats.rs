@@ -12,14 +12,10 @@ use overcoat_scene::{
     Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, MeshId, Scene, Transform, Workflow,
 };
 
-/// Triangles that meet at more than this stay apart when normals are generated, in degrees. Chamfers of 45 degrees and the
-/// edges of hexagons and octagons stay sharp; cylinders of twelve sides (30 degrees) and balls of sixteen, whose diagonal
-/// neighbours differ by 32, are round.
-pub(super) const CREASE_ANGLE: f32 = 40.0;
-
-/// Material of surfaces without one: clay, drawn from both sides, since the winding of such files cannot be trusted.
+/// Material of surfaces without one: clay, drawn from both sides, since the winding of such files cannot be trusted, with the edges of
+/// parts, which are of one tone.
 pub(super) fn default_material() -> Material {
-    Material { name: "default".to_owned(), double_sided: true, ..clay() }
+    Material { name: "default".to_owned(), double_sided: true, has_edges: true, ..clay() }
 }
 
 /// Material of surfaces of which the file gives only a base colour (linear, with alpha): a satin dielectric, drawn from

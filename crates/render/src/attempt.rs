@@ -18,6 +18,7 @@ use overcoat_stages::geometry::View;
 use overcoat_stages::light::PrefilteredEnvironment;
 use overcoat_stages::raster::SamplePattern;
 use overcoat_tiles::budget::FrameBudget;
+use overcoat_tiles::edges::left_out;
 use overcoat_tiles::options::RenderError;
 use overcoat_tiles::pass::FrameContext;
 use overcoat_tiles::strips::Planes;
@@ -224,6 +225,7 @@ impl<'a> Attempt<'a> {
             stages: self.times.named(),
             serial: self.times.sum().saturating_sub(self.pool.parallel()),
             reduced_light: None,
+            edges_left_out: left_out(scene, self.request.options),
             stage_hashes: None,
         };
         if let Some(mirrored) = self.mirrored {

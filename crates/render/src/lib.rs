@@ -26,6 +26,7 @@ pub use builder::RendererBuilder;
 pub use environment::EnvironmentStore;
 pub use overcoat_tiles::cancel::Cancellation;
 pub use overcoat_tiles::clock::Moment;
+pub use overcoat_tiles::edges::Edges;
 pub use overcoat_tiles::ground::Ground;
 pub use overcoat_tiles::options::{Background, RenderError, RenderOptions};
 pub use overcoat_tiles::quality::{Quality, Visibility};

@@ -16,6 +16,7 @@ use overcoat_stages::raster::{Disc, SUBPIXELS, SamplePattern, TileOrigin, Triang
 use overcoat_stages::shade::{ShadeContext, alpha_passes};
 use overcoat_stages::tile::{TileBins, TileGrid};
 use overcoat_tiles::draws::{self, DrawState};
+use overcoat_tiles::edges::Edges;
 use overcoat_tiles::options::RenderError;
 use overcoat_tiles::timed_pool::TimedPool;
 
@@ -52,6 +53,7 @@ pub(super) struct LastPicture {
     size: [u32; 2],
     samples: u32,
     widths: (f32, Option<f32>),
+    edges: (Option<Edges>, f32),
     grid: TileGrid,
     /// Number of chunks.
     count: usize,
@@ -62,15 +64,16 @@ impl LastPicture {
         let &Request { scene, camera, options, .. } = request;
         let size = [options.width, options.height];
         let widths = (options.line_width, options.point_size);
+        let edges = (options.edges, options.edge_width_in_pixels());
         let samples = options.samples;
-        Self { scene: scene.revision(), camera: *camera, size, samples, widths, grid, count }
+        Self { scene: scene.revision(), camera: *camera, size, samples, widths, edges, grid, count }
     }
 
     /// True if the kept triangles are those of the picture that is asked for, and are listed in the pixel's tile.
     fn serves(&self, request: &Request<'_>, pixel: [u32; 2]) -> bool {
         let own = Self::new(request, self.grid, self.count);
-        let alike = (own.scene, own.camera, own.size, own.samples, own.widths)
-            == (self.scene, self.camera, self.size, self.samples, self.widths);
+        let alike = (own.scene, own.camera, own.size, own.samples, own.widths, own.edges)
+            == (self.scene, self.camera, self.size, self.samples, self.widths, self.edges);
         alike && self.grid.lists(pixel)
     }
 }
@@ -91,7 +94,7 @@ impl Memory {
         let mut draws = emptied(std::mem::take(&mut self.draws));
         if self.last.as_ref().is_some_and(|last| last.serves(request, pixel)) {
             self.prepared.geometry.states.clear();
-            draws::prepare(scene, &view, options.point_size, &mut self.prepared.geometry.states, &mut draws);
+            draws::prepare(scene, &view, options, &mut self.prepared.geometry.states, &mut draws);
         } else {
             self.last = None;
             let mut pool = TimedPool::new(jobs);
@@ -186,11 +189,14 @@ impl Kept<'_> {
         })
     }
 
-    /// All triangles and points of a tile that cover a place, in the order of drawing.
+    /// All triangles and points of a tile that cover a place, in the order of drawing: surfaces, and not their edges.
     fn candidates(&self, tile: usize, at: [i32; 2]) -> Vec<Candidate<'_>> {
         let mut out = Vec::new();
         for run in self.bins.runs(tile) {
             let chunk = &self.chunks[run.chunk as usize];
+            if self.draws[chunk.draw as usize].edges.is_some() {
+                continue;
+            }
             for &index in chunk.bins.triangles(run) {
                 let (disc, depth) = if chunk.points {
                     let Some(disc) = self.disc(chunk, index) else { continue };

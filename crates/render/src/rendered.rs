@@ -82,6 +82,9 @@ pub struct RenderStats {
     pub serial: Duration,
     /// Light that was left out, since the picture would have passed a limit with it.
     pub reduced_light: Option<ReducedLight>,
+    /// Instances whose edges `RenderOptions::edges` asks for and that have none, since they would take more than a quarter of
+    /// [`Limits::frame_bytes`](overcoat_core::limits::Limits::frame_bytes).
+    pub edges_left_out: usize,
     /// Hashes of what each stage handed to the next, if `RenderOptions::stage_hashes` asks for it.
     pub stage_hashes: Option<StageHashes>,
 }

@@ -2,16 +2,17 @@
 
 use overcoat_core::reuse::emptied;
 use overcoat_core::{dispatch, dispatch_available};
-use overcoat_scene::{Mesh, PrimitiveKind, Scene, estimate_surfels};
+use overcoat_scene::{Mesh, PrimitiveKind, Scene, estimate_surfels, find_edges};
 use overcoat_stages::gbuffer::Draw;
 use overcoat_stages::geometry::{
     Chunk, ChunkJob, DrawView, ScreenVertices, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
-    process_lines, process_points, transform_vertices,
+    process_edges, process_lines, process_points, transform_vertices,
 };
 use overcoat_stages::raster::SamplePattern;
 use overcoat_stages::tile::TileGrid;
 use overcoat_tiles::budget::FrameBudget;
 use overcoat_tiles::draws::{self, DrawState};
+use overcoat_tiles::edges::wanted;
 use overcoat_tiles::options::RenderOptions;
 use overcoat_tiles::timed_pool::TimedPool;
 
@@ -59,8 +60,14 @@ impl GeometryMemory {
         for mesh in unknown_clouds(scene) {
             mesh.set_surfels(estimate_surfels(mesh, pool.jobs));
         }
+        for (instance, _) in wanted(scene, options) {
+            let mesh = &scene.meshes()[instance.mesh.index()];
+            if mesh.feature_edges().is_none() {
+                mesh.set_feature_edges(find_edges(mesh, pool.jobs));
+            }
+        }
         self.states.clear();
-        let count = draws::prepare(scene, view, options.point_size, &mut self.states, draws);
+        let count = draws::prepare(scene, view, options, &mut self.states, draws);
         // Every one is written below.
         self.vertices.resize(count);
         let mut work = emptied(std::mem::take(&mut self.vertex_jobs));
@@ -96,7 +103,7 @@ impl GeometryMemory {
                 return;
             }
             let state = &states[chunk.draw as usize];
-            let mesh = draws[chunk.draw as usize].mesh;
+            let Draw { mesh, edges, .. } = draws[chunk.draw as usize];
             let max_bins = usize::try_from(budget.references(grid)).unwrap_or(usize::MAX);
             let job = ChunkJob {
                 mesh,
@@ -106,6 +113,10 @@ impl GeometryMemory {
                 mirrored: state.mirrored,
                 max_bins,
             };
+            if let (Some(edges), Some(view)) = (edges, &state.edges) {
+                process_edges(chunk, &job, edges, view, grid);
+                return budget.charge(chunk, grid);
+            }
             match (mesh.kind(), &state.points) {
                 (PrimitiveKind::Points, Some(points)) => {
                     process_points(chunk, points, mesh, [grid, budget.grid()], max_bins)

@@ -6,6 +6,7 @@
 
 mod bounds;
 mod camera;
+mod edges;
 mod edit;
 mod environment;
 mod error;
@@ -32,6 +33,7 @@ mod transmission;
 
 pub use bounds::Bounds;
 pub use camera::{Camera, Projection};
+pub use edges::{CREASE_ANGLE, EdgeGroup, EdgeLines, FeatureEdges, edge_bytes, find_edges};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
 pub use framing::{Axis, Crowd, Fit, Footing, Framing, Orientation};

@@ -137,6 +137,8 @@ pub struct Material {
     pub double_sided: bool,
     /// Base colour as it is, without any light (KHR_materials_unlit).
     pub unlit: bool,
+    /// Creases are drawn as lines where the picture's options leave that open: true for the clay of parts.
+    pub has_edges: bool,
     /// Sheen, anisotropy, iridescence, the coat's medium, a second lobe, subsurface, transmission.
     pub lobes: Lobes,
     /// The formulas that shade it; those of the picture if `None`.
@@ -171,6 +173,7 @@ impl Default for Material {
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
             unlit: false,
+            has_edges: false,
             lobes: Lobes::default(),
             model: None,
             options: ModelOptions::default(),

@@ -1,5 +1,6 @@
 //! Meshes of triangles, lines or points.
 
+use super::edges::{FeatureEdges, may_be_part};
 use super::error::{finite, within};
 use super::framing::{extent, seen};
 use super::{Bounds, MAX_COORDINATE, SceneError};
@@ -63,6 +64,10 @@ pub struct Mesh {
     all_used: bool,
     /// Found once, when they are first drawn.
     surfels: Arc<OnceLock<Surfels>>,
+    /// Found once, when they are first drawn.
+    edges: Arc<OnceLock<FeatureEdges>>,
+    /// False for a large mesh whose edges are not those of a part. Found once, when that is first asked.
+    may_be_part: Arc<OnceLock<bool>>,
 }
 
 impl Mesh {
@@ -96,7 +101,7 @@ impl Mesh {
         within("vertex colour", data.colors.as_flattened(), 0.0, 65504.0)?;
         if data.kind == PrimitiveKind::Points && data.triangles.is_empty() {
             let bounds = extent::of_all(&data.positions);
-            return Ok(Self { data: Arc::new(data), bounds, all_used: true, surfels: Arc::default() });
+            return Ok(Self::of(data, bounds, true));
         }
         let mut used = extent::used_vertices(vertices, &data.triangles).map_err(|triangle| {
             let vertex = data.triangles[triangle].iter().copied().fold(0, u32::max);
@@ -109,7 +114,24 @@ impl Mesh {
             bounds = extent::bounds(&data.positions, &data.triangles, &seen);
             used = seen;
         }
-        Ok(Self { data: Arc::new(data), bounds, all_used: extent::all(&used), surfels: Arc::default() })
+        Ok(Self::of(data, bounds, extent::all(&used)))
+    }
+
+    /// A mesh of nothing.
+    pub(super) fn empty() -> Self {
+        Self::of(MeshData::default(), Bounds::EMPTY, true)
+    }
+
+    /// A mesh whose attributes have been checked.
+    fn of(data: MeshData, bounds: Bounds, all_used: bool) -> Self {
+        Self {
+            data: Arc::new(data),
+            bounds,
+            all_used,
+            surfels: Arc::default(),
+            edges: Arc::default(),
+            may_be_part: Arc::default(),
+        }
     }
 
     /// All attributes.
@@ -179,6 +201,20 @@ impl Mesh {
     /// Sets the surface elements of its points, unless they have been set.
     pub fn set_surfels(&self, surfels: Surfels) {
         let _ = self.surfels.set(surfels);
+    }
+    /// Feature edges of its triangles, once they have been found.
+    #[must_use]
+    pub fn feature_edges(&self) -> Option<&FeatureEdges> {
+        self.edges.get()
+    }
+    /// Sets the feature edges of its triangles, unless they have been set.
+    pub fn set_feature_edges(&self, edges: FeatureEdges) {
+        let _ = self.edges.set(edges);
+    }
+    /// False for a large mesh of triangles whose edges are not those of a part, by some of them: see [`FeatureEdges::is_of_part`].
+    #[must_use]
+    pub fn may_be_part(&self) -> bool {
+        *self.may_be_part.get_or_init(|| may_be_part(self))
     }
     /// Shading normals: its own, or those of its [`Surfels`].
     #[inline]

@@ -8,6 +8,7 @@ pub mod budget;
 pub mod cancel;
 pub mod clock;
 pub mod draws;
+pub mod edges;
 pub mod effects;
 pub mod ground;
 pub mod ground_light;

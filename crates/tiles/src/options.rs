@@ -1,5 +1,6 @@
 //! Options of a picture.
 
+use super::edges::Edges;
 use super::ground::Ground;
 use super::quality::{Quality, Visibility};
 use overcoat_core::formats::LEFT_OUT;
@@ -68,6 +69,11 @@ pub struct RenderOptions {
     /// Diameter of points in pixels, 0.1 to 64, facing the viewer. Default: discs along the surface that they are points of,
     /// as large as their distances ask for; points far apart have 3 pixels.
     pub point_size: Option<f32>,
+    /// Feature edges that are drawn as lines. `None`: [`Edges::Creases`] of surfaces whose material has
+    /// [`Material::has_edges`](overcoat_scene::Material::has_edges), which loaders set for the clay of parts.
+    pub edges: Option<Edges>,
+    /// Width of the lines of edges in pixels, 0.1 to 64. `None`: 1.2 in a picture of 512 x 512, with the root of the shorter side.
+    pub edge_width: Option<f32>,
     /// Occlusion of the environment's light.
     pub visibility: Visibility,
     /// Floor under the model.
@@ -110,6 +116,8 @@ impl Default for RenderOptions {
             merge_angle: 0.0,
             line_width: 1.5,
             point_size: None,
+            edges: None,
+            edge_width: None,
             visibility: Quality::default().visibility(),
             ground: if Quality::default().visibility().is_on() { Ground::Shadow } else { Ground::None },
             ground_under: None,
@@ -231,6 +239,25 @@ impl RenderOptions {
         Self { point_size, ..self }
     }
 
+    /// The same with other [`RenderOptions::edges`].
+    #[must_use]
+    pub fn with_edges(self, edges: Option<Edges>) -> Self {
+        Self { edges, ..self }
+    }
+
+    /// The same with another [`RenderOptions::edge_width`].
+    #[must_use]
+    pub fn with_edge_width(self, edge_width: Option<f32>) -> Self {
+        Self { edge_width, ..self }
+    }
+
+    /// Width of the lines of edges in pixels.
+    #[must_use]
+    pub fn edge_width_in_pixels(&self) -> f32 {
+        let side = if self.width < self.height { self.width } else { self.height };
+        self.edge_width.unwrap_or_else(|| 1.2 * (side as f32 / 512.0).sqrt())
+    }
+
     /// The same with another [`RenderOptions::visibility`].
     #[must_use]
     pub fn with_visibility(self, visibility: Visibility) -> Self {
@@ -337,7 +364,11 @@ impl RenderOptions {
                 return Err(option(name, part.to_string(), "0 to 1"));
             }
         }
-        let widths = [("line width", Some(self.line_width)), ("point size", self.point_size)];
+        let widths = [
+            ("line width", Some(self.line_width)),
+            ("point size", self.point_size),
+            ("edge width", self.edge_width),
+        ];
         for (name, width) in widths.into_iter().filter_map(|(name, width)| Some((name, width?))) {
             if !(0.1..=64.0).contains(&width) {
                 return Err(option(name, width.to_string(), "0.1 to 64 pixels"));

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     Path = Union[str, "os.PathLike[str]"]
 
 AreaLights = Literal["ltc", "facets"]
+Edges = Literal["none", "creases", "boundary"]
 Quality = Literal["draft", "fast", "good", "best"]
 Shading = Literal["urp-desktop", "urp-mobile", "urp17", "hdrp-lit", "stacklit", "filament", "filament-mobile", "filament-cloth", "filament-2018", "three", "three-legacy", "gltf", "gltf-sampled", "openpbr", "velvet", "babylon", "standard", "stacklit-d"]
 Up = Literal["+x", "-x", "+y", "-y", "+z", "-z", "x", "y", "z"]
@@ -51,6 +52,10 @@ class ViewOptions(TypedDict, total=False):
     """Integration of the reflections of rectangles and tubes: ltc, as engines do, or facets, slower and within 1 percent [default: ltc]."""
     background: str
     """Background: transparent, env, #rrggbb (the # may be left out) or a colour name [default: transparent, of .jpg white]."""
+    edge_width: float
+    """Width of the lines of edges in pixels, 0.1 to 64 [default: 1.2 in 512x512, with the root of the shorter side]."""
+    edges: Edges
+    """Edges that are drawn as dark lines: none, creases (where faces meet at more than 40 degrees) or boundary (and where they end) [default: creases of parts without colours (STL, 3MF, OBJ, PLY); else none]."""
     exposure: Union[float, Literal["auto"]]
     """Exposure of 8-bit pictures in stops, -64 to 64: +1 doubles the light; auto meters the object [default: 0]."""
     ground: str

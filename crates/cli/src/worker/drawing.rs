@@ -7,7 +7,7 @@ use super::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Work};
 use crate::failure::Failure;
 use crate::info;
 use crate::input::ModelSource;
-use crate::losses::{left_out, losses, reduced_light, texture_losses};
+use crate::losses::{left_out, limited, losses, texture_losses};
 use crate::picture_format::PictureFormat;
 use crate::render_report::{self, RenderReport};
 use crate::render_task::{Pixels, RenderTask, RenderedPicture};
@@ -202,7 +202,7 @@ impl Drawing<'_> {
             true => left_out(scene, shading).collect(),
             false => losses(scene, shading, (&display, exposure), tinted, clipping),
         });
-        warnings.extend(reduced_light(&stats));
+        warnings.extend(limited(&stats));
         warnings.extend(task.check_coverage(source, scene, &camera, &stats)?);
         let display = display.with_exposure(exposure).with_meter(Meter::Never);
         let begun = Instant::now();

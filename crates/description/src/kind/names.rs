@@ -6,7 +6,7 @@ use crate::camera::ViewDirection;
 use crate::value::Value;
 use overcoat_core::color::ToneCurve;
 use overcoat_core::suggest::{nearest_name, suggestion};
-use overcoat_render::Quality;
+use overcoat_render::{Edges, Quality};
 use overcoat_scene::{AreaLightMethod, Axis, ShadingModel};
 use serde_json::{Value as Json, json};
 
@@ -54,6 +54,16 @@ impl Named for ShadingModel {
 
 impl Named for Quality {
     const EXPECTED: &'static str = "draft, fast, good or best";
+    fn all() -> &'static [Self] {
+        Self::ALL
+    }
+    fn name(self) -> &'static str {
+        Self::name(self)
+    }
+}
+
+impl Named for Edges {
+    const EXPECTED: &'static str = "none, creases or boundary";
     fn all() -> &'static [Self] {
         Self::ALL
     }

@@ -3,14 +3,14 @@
 use super::FORMAT;
 use super::material::saturate;
 use super::parse::{Corner, FLAT, NONE, Obj, WHITE};
-use crate::mesh_formats::{CREASE_ANGLE, check_mesh, drawable};
+use crate::mesh_formats::{check_mesh, drawable};
 use crate::normals::add_missing_normals;
 use crate::polygon::Triangulator;
 use crate::splitting::Variants;
 use crate::{Context, LoadError};
 use overcoat_core::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use overcoat_core::limits::Limits;
-use overcoat_scene::MeshData;
+use overcoat_scene::{CREASE_ANGLE, MeshData};
 
 /// Copies of a position (with other texture coordinates or normals) that are searched for an equal one before
 /// another is made: bounds the work of files that use one position a million times.

@@ -16,7 +16,7 @@ mod textures;
 mod values;
 
 use super::mesh_formats::{
-    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish, white_material,
+    add_object, check_input, check_mesh, default_material, drawable, finish, white_material,
 };
 use super::normals::{add_missing_normals, add_smooth_normals};
 use super::origin::{Origin, Region, load_about, lost_steps};
@@ -30,7 +30,7 @@ use header::{Element, Encoding, Header};
 use overcoat_core::built::Splats;
 use overcoat_core::formats::LEFT_OUT;
 use overcoat_core::jobs::Jobs;
-use overcoat_scene::{AlphaMode, MeshData, Scene};
+use overcoat_scene::{AlphaMode, CREASE_ANGLE, MeshData, Scene};
 use values::Values;
 
 const FORMAT: &str = "PLY";
@@ -115,7 +115,7 @@ fn add_parts(scene: &mut Scene, parts: Vec<textures::Part>) -> Result<(), LoadEr
         }
         let mut material = default_material();
         if texture.is_some() {
-            material.base_color = [1.0; 4];
+            (material.base_color, material.has_edges) = ([1.0; 4], false);
             if is_uniform {
                 data.colors = Vec::new();
             }

@@ -9,9 +9,7 @@
 //! (`color.rs`).
 mod color;
 
-use super::mesh_formats::{
-    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish,
-};
+use super::mesh_formats::{add_object, check_input, check_mesh, default_material, drawable, finish};
 use super::normals::add_smooth_normals_to_welded;
 use super::origin::{Origin, Region, load_about, lost_steps, points_of_text};
 use super::text::{Tokens, double, float, length_before, quoted, without_mark};
@@ -21,7 +19,7 @@ use super::weld::weld;
 use super::{Context, LoadError, Loaded, Warning};
 use color::Colors;
 use overcoat_core::limits::Limits;
-use overcoat_scene::{MeshData, Scene};
+use overcoat_scene::{CREASE_ANGLE, MeshData, Scene};
 
 const FORMAT: &str = "STL";
 /// Bytes of the comment that a binary file begins with. The number of facets follows.

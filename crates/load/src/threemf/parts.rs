@@ -6,10 +6,10 @@ use super::paint::Painter;
 use super::slicer::{Settings, Volume};
 use super::{Builder, Drawn};
 use crate::LoadError;
-use crate::mesh_formats::{CREASE_ANGLE, check_mesh};
+use crate::mesh_formats::check_mesh;
 use crate::normals::add_smooth_normals;
 use crate::splitting::Variants;
-use overcoat_scene::{Mesh, MeshData};
+use overcoat_scene::{CREASE_ANGLE, Mesh, MeshData};
 use std::collections::BTreeMap;
 
 /// Copies of a vertex (of other colours or places in a texture) that are searched for an equal one before another is

@@ -6,7 +6,7 @@ use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, LANES, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
-use overcoat_scene::Mesh;
+use overcoat_scene::{EdgeLines, Mesh};
 use prefetch_index::prefetch_index;
 use std::ops::Range;
 
@@ -31,6 +31,8 @@ pub struct Draw<'a> {
     pub scale: f32,
     /// For each set of texture coordinates: true if the material reads textures by it.
     pub uv_sets: [bool; 2],
+    /// Feature edges whose lines the mesh has, if it is no mesh of the scene.
+    pub edges: Option<&'a EdgeLines>,
 }
 
 /// Lookup of triangles by a tile's identities.

@@ -198,6 +198,7 @@ mod tests {
             handedness: 1.0,
             scale: 1.0,
             uv_sets: [false; 2],
+            edges: None,
         }];
         let triangle = |(k, s): (usize, &([f32; 3], f32))| {
             let x = 20 * k as i32;

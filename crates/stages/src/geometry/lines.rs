@@ -10,66 +10,102 @@ use super::{ChunkJob, ScreenVertex};
 use crate::raster::{GUARD_BAND, Triangle};
 use crate::tile::TileGrid;
 
+/// Appearance of a line on the screen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bar {
+    /// Half of its width in pixels.
+    pub radius: f32,
+    /// Pixels by which it is longer at each end.
+    pub cap: f32,
+    /// Shift towards the viewer, in pixels as large as those at its place.
+    pub shift: f32,
+    /// Pixels per unit: of x / distance in perspective, of x in orthographic views.
+    pub scale: f32,
+}
+
 /// Fills a chunk from its range of a draw's lines, `width` pixels wide.
 pub fn process_lines(chunk: &mut Chunk, job: &ChunkJob<'_>, width: f32, grid: &TileGrid) {
     chunk.clear();
-    let radius = 0.5 * width;
+    let bar = Bar { radius: 0.5 * width, cap: 0.0, shift: 0.0, scale: 1.0 };
     for &[a, b, _] in &job.mesh.triangles()[chunk.range.clone()] {
         if chunk.bins.len() > job.max_bins {
             return;
         }
-        let ends = [a, b].map(|v| job.view.clip_vertex(job.mesh.positions()[v as usize]));
-        let Some([from, to]) = cut(ends, job.view.near, job.view.perspective) else { continue };
-        let between = |t: f32| {
-            // The ends themselves, in every bit.
-            match t {
-                0.0 => ends[0],
-                1.0 => ends[1],
-                _ => mix(&ends[0], &ends[1], t),
-            }
-        };
-        let seen = |t: f32| {
-            let place = between(t);
-            let inverse = if job.view.perspective { 1.0 / place.w } else { 1.0 };
-            let depth = if job.view.perspective { inverse } else { -place.w };
-            (place.x * inverse, place.y * inverse, depth)
-        };
-        let (p, q) = (seen(from), seen(to));
-        let (dx, dy) = (q.0 - p.0, q.1 - p.1);
-        let length = (dx * dx + dy * dy).sqrt();
-        if !(length > 0.0 && length < f32::INFINITY) {
-            continue;
-        }
-        let across = [-dy / length * radius, dx / length * radius];
-        let beside = |(x, y, depth): (f32, f32, f32), sign: f32| {
-            // Snapped as vertices are.
-            let place = ClipVertex { x: x + across[0] * sign, y: y + across[1] * sign, w: 1.0 };
-            let ScreenVertex { x, y, .. } = place.project(false);
-            (x, y, depth)
-        };
-        let corners = [beside(p, 1.0), beside(q, 1.0), beside(q, -1.0), beside(p, -1.0)];
-        // Each with its place between the vertices, of which the second is the other one.
-        let whole = from == 0.0 && to == 1.0;
-        let mut half = |corners: [(i32, i32, f32); 3], vertices: [u32; 3], weights: [f32; 3]| {
-            // Counter-clockwise from the viewer, whatever the transform does.
-            let Some(triangle) = Triangle::new(corners, vertices, false) else { return };
-            let bounds = triangle.bounds();
-            let [left, top, right, bottom] = screen(grid);
-            if bounds[0] >= right || bounds[1] >= bottom || bounds[2] < left || bounds[3] < top {
-                return;
-            }
-            if whole {
-                emit(chunk, triangle, grid);
-            } else {
-                let number = chunk.triangles.len() as u32;
-                chunk.pieces.push(ClippedPiece { number, barycentrics: weights.map(|t| [t, 0.0]) });
-                emit(chunk, triangle.clipped(), grid);
-            }
-        };
-        half([corners[0], corners[1], corners[2]], [a, b, b], [from, to, to]);
-        half([corners[0], corners[2], corners[3]], [a, b, a], [from, to, from]);
+        process_line(chunk, job, [a, b], &bar, grid);
     }
     chunk.bins.sort();
+}
+
+/// Adds the two triangles of one line.
+pub(super) fn process_line(
+    chunk: &mut Chunk,
+    job: &ChunkJob<'_>,
+    [a, b]: [u32; 2],
+    bar: &Bar,
+    grid: &TileGrid,
+) {
+    let ends = [a, b].map(|v| job.view.clip_vertex(job.mesh.positions()[v as usize]));
+    let Some([from, to]) = cut(ends, job.view.near, job.view.perspective) else { return };
+    let between = |t: f32| {
+        // The ends themselves, in every bit.
+        match t {
+            0.0 => ends[0],
+            1.0 => ends[1],
+            _ => mix(&ends[0], &ends[1], t),
+        }
+    };
+    let seen = |t: f32| {
+        let place = between(t);
+        let inverse = if job.view.perspective { 1.0 / place.w } else { 1.0 };
+        (place.x * inverse, place.y * inverse, bar.depth(&place, inverse, job.view.perspective))
+    };
+    let (p, q) = (seen(from), seen(to));
+    let (dx, dy) = (q.0 - p.0, q.1 - p.1);
+    let length = (dx * dx + dy * dy).sqrt();
+    if !(length > 0.0 && length < f32::INFINITY) {
+        return;
+    }
+    let across = [-dy / length * bar.radius, dx / length * bar.radius];
+    let along = [dx / length * bar.cap, dy / length * bar.cap];
+    let beside = |(x, y, depth): (f32, f32, f32), side: f32, end: f32| {
+        // Snapped as vertices are.
+        let (x, y) = (x + across[0] * side + along[0] * end, y + across[1] * side + along[1] * end);
+        let ScreenVertex { x, y, .. } = ClipVertex { x, y, w: 1.0 }.project(false);
+        (x, y, depth)
+    };
+    let corners = [beside(p, 1.0, -1.0), beside(q, 1.0, 1.0), beside(q, -1.0, 1.0), beside(p, -1.0, -1.0)];
+    // Each with its place between the vertices, of which the second is the other one.
+    let whole = from == 0.0 && to == 1.0;
+    let mut half = |corners: [(i32, i32, f32); 3], vertices: [u32; 3], weights: [f32; 3]| {
+        // Counter-clockwise from the viewer, whatever the transform does.
+        let Some(triangle) = Triangle::new(corners, vertices, false) else { return };
+        let bounds = triangle.bounds();
+        let [left, top, right, bottom] = screen(grid);
+        if bounds[0] >= right || bounds[1] >= bottom || bounds[2] < left || bounds[3] < top {
+            return;
+        }
+        if whole {
+            emit(chunk, triangle, grid);
+        } else {
+            let number = chunk.triangles.len() as u32;
+            chunk.pieces.push(ClippedPiece { number, barycentrics: weights.map(|t| [t, 0.0]) });
+            emit(chunk, triangle.clipped(), grid);
+        }
+    };
+    half([corners[0], corners[1], corners[2]], [a, b, b], [from, to, to]);
+    half([corners[0], corners[2], corners[3]], [a, b, a], [from, to, from]);
+}
+
+impl Bar {
+    /// Depth of a place, shifted; `inverse` of its distance.
+    fn depth(&self, place: &ClipVertex, inverse: f32, perspective: bool) -> f32 {
+        if self.shift == 0.0 {
+            return if perspective { inverse } else { -place.w };
+        }
+        let shift = self.shift / self.scale;
+        // A pixel is as many times larger as it is farther away.
+        if perspective { inverse / (1.0 - if shift < 0.5 { shift } else { 0.5 }) } else { shift - place.w }
+    }
 }
 
 /// The part of a line beyond the near plane and within the guard band, by its places between the ends.

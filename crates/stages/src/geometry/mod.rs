@@ -5,12 +5,14 @@
 
 mod chunk;
 mod clip;
+mod edges;
 mod lines;
 mod points;
 mod vertex;
 mod view;
 
 pub use chunk::{Chunk, ChunkJob, ClippedPiece, TRIANGLES_PER_CHUNK, process_chunk};
+pub use edges::{EdgeView, process_edges};
 pub use lines::process_lines;
 pub use points::{PointView, process_points};
 pub use vertex::{ScreenVertex, ScreenVertexSlice, ScreenVertices, VERTICES_PER_CHUNK, transform_vertices};
