@@ -143,8 +143,12 @@ pub fn is_finer(frame: &FrameContext<'_>, triangles: &TileTriangles<'_>, identit
             false
         }
         Finer::Always => true,
-        // A change that is no number is none that is small.
-        Finer::Edges(turn) => !(OnScreen { draw, source: triangles.triangle(identity) }.turn() <= turn),
+        Finer::Edges(turn) => {
+            let on_screen = OnScreen { draw, source: triangles.triangle(identity) };
+            // A change that is no number is none that is small.
+            let is_even = on_screen.turn() <= turn;
+            !is_even
+        }
         Finer::Where { turn, colors } => {
             let on_screen = OnScreen { draw, source: triangles.triangle(identity) };
             // A change that is no number is none that is small.
