@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// First bytes of files in other formats, and the name for messages: common model formats first, then containers and
 /// files that are mistaken for models.
-const BEGINNINGS: [(&[u8], &str); 48] = [
+const BEGINNINGS: [(&[u8], &str); 44] = [
     (b"BLENDER", "a Blender file"),
     (b"Kaydara FBX Binary", "an FBX file"),
     (b"; FBX", "an FBX file"),
@@ -31,10 +31,6 @@ const BEGINNINGS: [(&[u8], &str); 48] = [
     (b"Version 9", "a JT model"),
     (b"Version 10", "a JT model"),
     (b"DRACO", "a Draco mesh without the glTF around it"),
-    (b"OFF", "an OFF model"),
-    (b"COFF", "an OFF model"),
-    (b"# .PCD", "a point cloud (PCD)"),
-    (b"LASF", "a point cloud (LAS)"),
     (b"VOX ", "a MagicaVoxel model"),
     (b"ID3;", "an ID3 model"),
     (b"b3dm", "a tile of 3D Tiles"),
@@ -56,8 +52,7 @@ const BEGINNINGS: [(&[u8], &str); 48] = [
 ];
 
 /// Outermost elements of XML files.
-const ROOTS: [(&[u8], &str); 8] = [
-    (b"<COLLADA", "a COLLADA file"),
+const ROOTS: [(&[u8], &str); 7] = [
     (b"<X3D", "an X3D file"),
     (b"<amf", "an AMF file"),
     (b"<AMF", "an AMF file"),
@@ -154,7 +149,7 @@ mod tests {
             (b"\x1f\x8b\x08\0", "compressed by gzip: unpack it first"),
             (b"PK\x03\x04\0\0", "a ZIP archive that is damaged or not complete"),
             (b"MM\x08\0\0\0\0\0", "a 3D Studio model (3DS)"),
-            (b"\xef\xbb\xbf<?xml version='1.0'?>\n<COLLADA>", "a COLLADA file"),
+            (b"\xef\xbb\xbf<?xml version='1.0'?>\n<X3D>", "an X3D file"),
             (b"<!DOCTYPE HTML><p>", "a web page"),
             (b"<a/>", "an XML file"),
             (b"FORM\0\0\0\0LWO2", "a LightWave model"),
