@@ -52,6 +52,8 @@ pub const LAS: FileFormat = format("LAS", &["las"], "model/x-las");
 pub const PTX: FileFormat = format("PTX", &["ptx"], "model/x-ptx");
 /// COLLADA.
 pub const COLLADA: FileFormat = format("COLLADA", &["dae"], "model/vnd.collada+xml");
+/// Voxels of MagicaVoxel.
+pub const VOX: FileFormat = format("VOX", &["vox"], "model/x-vox");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// First bytes of files in other formats, and the name for messages: common model formats first, then containers and
 /// files that are mistaken for models.
-const BEGINNINGS: [(&[u8], &str); 44] = [
+const BEGINNINGS: [(&[u8], &str); 43] = [
     (b"BLENDER", "a Blender file"),
     (b"Kaydara FBX Binary", "an FBX file"),
     (b"; FBX", "an FBX file"),
@@ -31,7 +31,6 @@ const BEGINNINGS: [(&[u8], &str); 44] = [
     (b"Version 9", "a JT model"),
     (b"Version 10", "a JT model"),
     (b"DRACO", "a Draco mesh without the glTF around it"),
-    (b"VOX ", "a MagicaVoxel model"),
     (b"ID3;", "an ID3 model"),
     (b"b3dm", "a tile of 3D Tiles"),
     (b"i3dm", "a tile of 3D Tiles"),

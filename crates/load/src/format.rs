@@ -41,6 +41,8 @@ pub enum Format {
     Ptx,
     /// COLLADA.
     Collada,
+    /// Voxels of MagicaVoxel.
+    Vox,
 }
 
 impl Format {
@@ -61,6 +63,7 @@ impl Format {
         Self::Las,
         Self::Ptx,
         Self::Collada,
+        Self::Vox,
     ];
 
     /// Its name in messages.
@@ -81,6 +84,7 @@ impl Format {
             Self::Las => "LAS",
             Self::Ptx => "PTX",
             Self::Collada => "COLLADA",
+            Self::Vox => "VOX",
         }
     }
 
@@ -103,6 +107,7 @@ impl Format {
             Self::Las => formats::LAS,
             Self::Ptx => formats::PTX,
             Self::Collada => formats::COLLADA,
+            Self::Vox => formats::VOX,
         }
     }
 
@@ -123,7 +128,7 @@ impl Format {
             |up: Axis, front_is_known: bool| Orientation { up, front_is_known, ..Orientation::default() };
         match self {
             Self::Gltf | Self::Glb => of(Axis::PositiveY, true),
-            Self::Stl | Self::ThreeMf => of(Axis::PositiveZ, true),
+            Self::Stl | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
             Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
             Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
             Self::Obj | Self::Collada | Self::Ply | Self::Off | Self::Spz => of(Axis::PositiveY, false),
@@ -132,7 +137,7 @@ impl Format {
 
     /// True if its files are of one up axis by its specification, and not by custom alone.
     pub(super) fn defines_up(self) -> bool {
-        matches!(self, Self::Gltf | Self::Glb | Self::Las | Self::Ptx | Self::ThreeMf)
+        matches!(self, Self::Gltf | Self::Glb | Self::Las | Self::Ptx | Self::ThreeMf | Self::Vox)
     }
 
     /// The format with this file extension (without the dot, in any case).
@@ -158,6 +163,9 @@ impl Format {
         }
         if bytes.starts_with(b"NGSP") {
             return Some(Self::Spz);
+        }
+        if bytes.starts_with(b"VOX ") {
+            return Some(Self::Vox);
         }
         if bytes.starts_with(b"LASF") {
             return Some(Self::Las);

@@ -87,6 +87,8 @@ mod threemf;
 mod upright;
 mod utf16;
 mod vertices;
+#[cfg(feature = "more-models")]
+mod vox;
 mod warnings;
 mod weld;
 #[cfg(feature = "3mf")]
@@ -482,6 +484,8 @@ fn read_meshes(
         Format::Ptx => scans::ptx::load(bytes, context),
         #[cfg(feature = "more-models")]
         Format::Collada => collada::load(bytes, context, options.textures),
+        #[cfg(feature = "more-models")]
+        Format::Vox => vox::load(bytes, context),
         _ => {
             let _ = (bytes, options, context);
             Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT))

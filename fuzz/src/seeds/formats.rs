@@ -40,6 +40,11 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         las[place..place + 8].copy_from_slice(&0.01_f64.to_le_bytes());
     }
     las[227..].fill(7);
+    let mut vox =
+        b"vox\nVOX \x96\0\0\0MAIN\0\0\0\0\x38\0\0\0SIZE\x0c\0\0\0\0\0\0\0\x02\0\0\0\x02\0\0\0\x02\0\0\0"
+            .to_vec();
+    vox.extend(b"XYZI\x0c\0\0\0\0\0\0\0\x02\0\0\0\0\0\0\x01\x01\x01\x01\xd8");
+    seeds.push(("vox", vox));
     seeds.push(("las", [b"las\n", &las[..]].concat()));
     seeds
 }
