@@ -54,6 +54,8 @@ pub const PTX: FileFormat = format("PTX", &["ptx"], "model/x-ptx");
 pub const COLLADA: FileFormat = format("COLLADA", &["dae"], "model/vnd.collada+xml");
 /// Voxels of MagicaVoxel.
 pub const VOX: FileFormat = format("VOX", &["vox"], "model/x-vox");
+/// Meshes of 3D Studio.
+pub const THREE_DS: FileFormat = format("3DS", &["3ds"], "model/x-3ds");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

@@ -78,12 +78,6 @@ fn well_known(bytes: &[u8]) -> Option<&'static str> {
     if let Some((_, what)) = BEGINNINGS.iter().find(|(beginning, _)| head.starts_with(beginning)) {
         return Some(what);
     }
-    // A chunk for the whole, and its length.
-    if let [b'M', b'M', a, b, c, d, ..] = head
-        && u64::from(u32::from_le_bytes([*a, *b, *c, *d])) == bytes.len() as u64
-    {
-        return Some("a 3D Studio model (3DS)");
-    }
     match head {
         [b'F', b'O', b'R', b'M', _, _, _, _, b'L', b'W', ..] => return Some("a LightWave model"),
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => return Some("a WebP picture"),
@@ -140,14 +134,13 @@ mod tests {
         iges[72..80].copy_from_slice(b"S      1");
         let mut tar = [0; 512];
         tar[257..262].copy_from_slice(b"ustar");
-        let cases: [(&[u8], &str); 14] = [
+        let cases: [(&[u8], &str); 13] = [
             (b"BLENDER-v300", "a Blender file"),
             (b"Kaydara FBX Binary  \0", "an FBX file"),
             (b"#usda 1.0\n", "a USD file"),
             (b"ISO-10303-21;\nHEADER;", "a STEP file"),
             (b"\x1f\x8b\x08\0", "compressed by gzip: unpack it first"),
             (b"PK\x03\x04\0\0", "a ZIP archive that is damaged or not complete"),
-            (b"MM\x08\0\0\0\0\0", "a 3D Studio model (3DS)"),
             (b"\xef\xbb\xbf<?xml version='1.0'?>\n<X3D>", "an X3D file"),
             (b"<!DOCTYPE HTML><p>", "a web page"),
             (b"<a/>", "an XML file"),

@@ -3,7 +3,7 @@ use super::archive;
 use super::gltf;
 use super::text::{is_text, without_mark};
 #[cfg(feature = "more-models")]
-use super::{off, scans, splats};
+use super::{off, scans, splats, three_ds};
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_scene::{Axis, Orientation};
 
@@ -43,6 +43,8 @@ pub enum Format {
     Collada,
     /// Voxels of MagicaVoxel.
     Vox,
+    /// Meshes of 3D Studio.
+    ThreeDs,
 }
 
 impl Format {
@@ -64,6 +66,7 @@ impl Format {
         Self::Ptx,
         Self::Collada,
         Self::Vox,
+        Self::ThreeDs,
     ];
 
     /// Its name in messages.
@@ -85,6 +88,7 @@ impl Format {
             Self::Ptx => "PTX",
             Self::Collada => "COLLADA",
             Self::Vox => "VOX",
+            Self::ThreeDs => "3DS",
         }
     }
 
@@ -108,6 +112,7 @@ impl Format {
             Self::Ptx => formats::PTX,
             Self::Collada => formats::COLLADA,
             Self::Vox => formats::VOX,
+            Self::ThreeDs => formats::THREE_DS,
         }
     }
 
@@ -128,7 +133,7 @@ impl Format {
             |up: Axis, front_is_known: bool| Orientation { up, front_is_known, ..Orientation::default() };
         match self {
             Self::Gltf | Self::Glb => of(Axis::PositiveY, true),
-            Self::Stl | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
+            Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
             Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
             Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
             Self::Obj | Self::Collada | Self::Ply | Self::Off | Self::Spz => of(Axis::PositiveY, false),
@@ -137,7 +142,10 @@ impl Format {
 
     /// True if its files are of one up axis by its specification, and not by custom alone.
     pub(super) fn defines_up(self) -> bool {
-        matches!(self, Self::Gltf | Self::Glb | Self::Las | Self::Ptx | Self::ThreeMf | Self::Vox)
+        matches!(
+            self,
+            Self::Gltf | Self::Glb | Self::Las | Self::Ptx | Self::ThreeMf | Self::Vox | Self::ThreeDs
+        )
     }
 
     /// The format with this file extension (without the dot, in any case).
@@ -189,6 +197,8 @@ impl Format {
         #[cfg(feature = "more-models")]
         if splats::ksplat::is_one(bytes) {
             return Some(Self::Ksplat);
+        } else if three_ds::is_one(bytes) {
+            return Some(Self::ThreeDs);
         }
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = text.trim_ascii_start();

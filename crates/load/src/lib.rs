@@ -82,6 +82,8 @@ mod splitting;
 mod stl;
 mod tangents;
 mod text;
+#[cfg(feature = "more-models")]
+mod three_ds;
 #[cfg(feature = "3mf")]
 mod threemf;
 mod upright;
@@ -486,6 +488,8 @@ fn read_meshes(
         Format::Collada => collada::load(bytes, context, options.textures),
         #[cfg(feature = "more-models")]
         Format::Vox => vox::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::ThreeDs => three_ds::load(bytes, context, options.textures),
         _ => {
             let _ = (bytes, options, context);
             Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT))

@@ -234,8 +234,7 @@ fn read(bytes: &[u8], context: &Context<'_>, warnings: &mut Warnings) -> Result<
     // Edges are not stored, and often are not counted either.
     let _ = count("edges")?;
     // No more than the file can hold.
-    let least = if is_binary { 12 } else { 6 };
-    let held = bytes.len() as u64 / least;
+    let held = bytes.len() as u64 / 6;
     check_mesh(context, 0, vertices.min(held))?;
     let mut model = Model::default();
     let cut = read_vertices(&mut values, kind, vertices, &mut model);
@@ -276,7 +275,8 @@ fn read_vertices(values: &mut Values<'_>, kind: Kind, count: u64, model: &mut Mo
                 // With coordinates of textures behind them, which are left out.
                 model.colors.push(values.color(true)?.unwrap_or([1.0; 4]));
                 if kind.uvs && matches!(values, Values::Binary(_)) {
-                    (values.number()?, values.number()?);
+                    values.number()?;
+                    values.number()?;
                 }
             }
             model.positions.push(position);

@@ -40,6 +40,12 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         las[place..place + 8].copy_from_slice(&0.01_f64.to_le_bytes());
     }
     las[227..].fill(7);
+    let three_ds =
+        b"MM\x4c\0\0\0\x3d\x3d\x46\0\0\0\0\x40\x40\0\0\0a\0\0\x41\x38\0\0\0\x10\x41\x20\0\0\0\x02\0";
+    seeds.push((
+        "3ds",
+        [b"3ds\n", &three_ds[..], &[1; 24], b"\x20\x41\x12\0\0\0\x01\0\0\0\x01\0\0\0\0\0\0\0"].concat(),
+    ));
     let mut vox =
         b"vox\nVOX \x96\0\0\0MAIN\0\0\0\0\x38\0\0\0SIZE\x0c\0\0\0\0\0\0\0\x02\0\0\0\x02\0\0\0\x02\0\0\0"
             .to_vec();

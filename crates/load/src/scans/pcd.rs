@@ -141,10 +141,8 @@ impl<'a> Header<'a> {
                 b"POINTS" => points = number(),
                 b"WIDTH" => size[0] = number(),
                 b"HEIGHT" => size[1] = number(),
-                b"VIEWPOINT" => {
-                    if words().map(integer).ne([0, 0, 0, 1, 0, 0, 0].map(Some)) {
-                        warnings.add(|| format!("{FORMAT}: the viewpoint has no effect"));
-                    }
+                b"VIEWPOINT" if words().map(integer).ne([0, 0, 0, 1, 0, 0, 0].map(Some)) => {
+                    warnings.add(|| format!("{FORMAT}: the viewpoint has no effect"));
                 }
                 b"DATA" => {
                     let data = match line {

@@ -31,8 +31,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     scan.rest.measure = Measure::Intensity;
     let mut tokens = Tokens::new(bytes);
     let (mut scans, mut bad, mut colors) = (0_u64, 0_u64, Vec::new());
-    loop {
-        let Some(columns) = tokens.next() else { break };
+    while let Some(columns) = tokens.next() {
         let error = |message: &str| {
             LoadError::malformed(FORMAT, format!("scan {}: {message}", scans.saturating_add(1)))
         };

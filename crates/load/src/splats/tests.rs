@@ -45,7 +45,7 @@ fn spz_attributes(version: u32, degree: u8) -> Vec<Vec<u8>> {
     let fixed = |v: f32| ((v * 4096.0) as i32).to_le_bytes()[..3].to_vec();
     let [x, y, z] = turned().position;
     let position = if version == 1 { halves(&[x, y, z]) } else { [fixed(x), fixed(y), fixed(z)].concat() };
-    let log = |v: f32| ((f64::from(v).ln() + 10.0) * 16.0 + 0.5) as u8;
+    let log = |v: f32| ((overcoat_core::math::double::ln(v.into()) + 10.0) * 16.0 + 0.5) as u8;
     let color = |v: f32| (((v - 0.5) / 0.282_094_8 * 0.15 + 0.5) * 255.0 + 0.5) as u8;
     let rotation = if version < 3 {
         vec![191, 127, 128]
