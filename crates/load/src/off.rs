@@ -160,7 +160,7 @@ fn color(line: &[u8]) -> Option<[f32; 4]> {
     Some(linear([r?, g?, b?, a?], range))
 }
 
-/// What a file has.
+/// Contents of a file.
 #[derive(Default)]
 struct Model {
     positions: Vec<[f64; 3]>,
@@ -272,7 +272,7 @@ fn read_vertices(values: &mut Values<'_>, kind: Kind, count: u64, model: &mut Mo
                 model.uvs.push(if u.is_finite() && v.is_finite() { [u, 1.0 - v] } else { [0.0; 2] });
             }
             if kind.colors {
-                // With coordinates of textures behind them, which are left out.
+                // Coordinates of textures behind them are left out.
                 model.colors.push(values.color(true)?.unwrap_or([1.0; 4]));
                 if kind.uvs && matches!(values, Values::Binary(_)) {
                     values.number()?;

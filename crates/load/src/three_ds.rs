@@ -585,7 +585,7 @@ mod tests {
 
     #[test]
     fn faces_that_share_a_group_are_smooth_over_materials() {
-        // Whether normals at the ridge point up, on both sides.
+        // True for normals at the ridge that point up, and for those that are none.
         let ridge = |groups| {
             let loaded = load(&file(Some(groups), &red()), Format::ThreeDs).unwrap();
             let meshes = loaded.scene.meshes();

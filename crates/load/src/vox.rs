@@ -208,7 +208,7 @@ fn node(name: &[u8], chunk: &mut Chunk<'_>) -> Option<(u32, Node)> {
     if name == b"nTRN" {
         let child = chunk.word()?;
         let (_, layer, frames) = (chunk.word()?, chunk.word()?, chunk.word()?);
-        // Of an animation the first frame.
+        // The first frame of an animation.
         let frame = if frames > 0 { chunk.dictionary()? } else { BTreeMap::new() };
         let hidden = attributes.get(&b"_hidden"[..]) == Some(&&b"1"[..]);
         return Some((id, Node::Transform { transform: transform(&frame)?, child, hidden, layer }));
@@ -233,7 +233,7 @@ fn transform(frame: &BTreeMap<&[u8], &[u8]>) -> Option<Transform> {
         None => 0b100,
     };
     let (first, second) = (code & 3, code >> 2 & 3);
-    // What is no exchange of axes turns nothing.
+    // A code that is no exchange of axes turns nothing.
     let valid = first < 3 && second < 3 && first != second;
     let (first, second, signs) = if valid { (first, second, code >> 4) } else { (0, 1, 0) };
     let columns = [first, second, 3_u32.saturating_sub(first.saturating_add(second))];
@@ -311,7 +311,7 @@ impl Builder<'_> {
                     self.node(child, parent, depth.saturating_add(1))?;
                 }
             }
-            // Of an animation the first model.
+            // The first model of an animation.
             Some(Node::Shape(models)) => match models.first() {
                 Some(&model) => self.place(model, parent)?,
                 None => self.missing = self.missing.saturating_add(1),

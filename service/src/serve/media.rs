@@ -66,7 +66,7 @@ pub fn check(bytes: &[u8], name: &str, media_type: Option<&str>) -> Result<(), P
     if bytes.is_empty() {
         return Err(unsupported("it is empty"));
     }
-    // What the reader knows is no other kind, however it begins.
+    // A file that the reader knows is of no other kind, however it begins.
     if Format::detect(bytes).is_some() {
         return Ok(());
     }

@@ -10,7 +10,7 @@ use overcoat_core::limits::Limits;
 use overcoat_scene::{Axis, Transform};
 use std::collections::BTreeMap;
 
-/// What of a document is drawn.
+/// The parts of a document that are drawn.
 pub(super) struct Document {
     pub(super) up: Axis,
     /// Metres of a unit.
@@ -20,7 +20,7 @@ pub(super) struct Document {
     /// Effects of materials.
     pub(super) materials: BTreeMap<String, String>,
     pub(super) geometries: BTreeMap<String, Geometry>,
-    /// What skins and morphs deform, and the matrix before that.
+    /// Geometries that skins and morphs deform, and the matrix before that.
     pub(super) controllers: BTreeMap<String, (String, Transform)>,
     pub(super) nodes: Vec<Node>,
     /// Nodes by their ids, for those that instance them.
@@ -137,7 +137,7 @@ impl Document {
                         }
                         Ok(())
                     })?;
-                    // Of documents that say nothing the first scene is shown.
+                    // The first scene is shown of documents that say nothing.
                     self.shown.get_or_insert_with(|| id.clone());
                     self.scenes.insert(id, roots);
                 }

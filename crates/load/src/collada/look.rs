@@ -24,7 +24,7 @@ pub(super) struct Effect {
     pub(super) emission: Option<Look>,
     pub(super) specular: Option<Look>,
     pub(super) transparent: Option<Look>,
-    /// How that is meant; `A_ONE` if nothing is said.
+    /// Meaning of that; `A_ONE` if nothing is said.
     pub(super) opaque: String,
     pub(super) transparency: Option<f32>,
     pub(super) shininess: Option<f32>,

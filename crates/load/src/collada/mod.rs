@@ -266,7 +266,7 @@ impl<'a> Builder<'a> {
             (material.emissive, material.emissive_texture) = ([1.0; 3], Some(texture));
         }
         if effect.shader == "constant" {
-            // Its emission is its colour, without any light.
+            // Emission is the colour, without any light.
             let [r, g, b] = material.emissive;
             material.unlit = true;
             material.base_color = [r, g, b, opacity];

@@ -233,7 +233,7 @@ impl Buckets<'_> {
             } else if other < others {
                 u32_at(self.lengths, usize::try_from(other).unwrap_or(usize::MAX).saturating_mul(4)).into()
             } else {
-                // What is beyond all buckets is of the one after the last.
+                // Splats beyond all buckets are of the one after the last.
                 u64::MAX
             };
             self.bucket = self.bucket.saturating_add(1);
