@@ -12,7 +12,7 @@ export CARGO_PROFILE_EMBEDDED_LTO
 features=("$@")
 if [ $# = 0 ]; then
     features=(
-        obj 3mf compression textures more-textures exr engines light effects description builtin-materials fast-loading threads
+        obj 3mf more-models compression textures more-textures exr engines light effects description builtin-materials fast-loading threads
         default full
     )
 fi

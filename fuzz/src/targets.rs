@@ -114,6 +114,15 @@ pub fn ply(data: &[u8]) {
     let _ = load(data, Some(Format::Ply), &[]);
 }
 
+/// A model of the format that its first line names, by an extension.
+pub fn formats(data: &[u8]) {
+    let end = data.iter().position(|&byte| byte == b'\n').unwrap_or(data.len());
+    let name = std::str::from_utf8(&data[..end]).unwrap_or_default();
+    if let Some(format) = Format::from_extension(name) {
+        let _ = load(data.get(end + 1..).unwrap_or_default(), Some(format), &[]);
+    }
+}
+
 /// glTF as [`gltf`] takes it, at three times of its first animation.
 pub fn motion(data: &[u8]) {
     let (limits, jobs) = (limits(), Jobs::new(1));
@@ -263,6 +272,7 @@ pub const TARGETS: &[Target] = &[
     ("stl", stl),
     ("ply", ply),
     ("threemf", threemf),
+    ("formats", formats),
     ("png", png),
     ("jpeg", jpeg),
     ("webp", webp),

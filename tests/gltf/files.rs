@@ -109,10 +109,8 @@ fn files_that_cannot_be_models() {
     assert_eq!(error(&write("empty.glb", b"")), "the file is empty");
     assert_eq!(error(&write("words.glb", b"hello")), "glTF: this is neither a GLB container nor JSON");
     for name in ["picture.glb", "picture.png"] {
-        assert_eq!(
-            error(&write(name, &picture(image::ImageFormat::Png))),
-            "it is a PNG picture; models are read from glTF, OBJ, STL, PLY and 3MF"
-        );
+        let message = error(&write(name, &picture(image::ImageFormat::Png)));
+        assert!(message.starts_with("it is a PNG picture; models are read from glTF, OBJ, "), "{message}");
     }
     assert!(error(&write("words.txt", b"hello")).starts_with("the format is not known"));
     // Content beats the extension.

@@ -109,7 +109,7 @@ fn wanted() -> BTreeSet<String> {
     let pictures = 0..EnvironmentRecipe::PICTURES;
     add("model", debug(ShadingModel::ALL.iter().map(Some)));
     add("key", debug(KEYS.iter().map(|(key, _)| key)));
-    add("container", debug(Format::ALL));
+    add("container", debug(super::files::WRITTEN));
     add("output", debug(super::invent::OUTPUTS));
     add("tone", debug(ToneCurve::ALL));
     add("plane", debug(Aov::ALL));

@@ -5,6 +5,7 @@
 
 use super::common::scenes::{compressed, motion, nodes};
 use super::dice::Dice;
+use super::files::WRITTEN;
 use super::forms;
 use super::invent::OUTPUTS;
 use super::keys::{self, Choice, KEYS};
@@ -51,7 +52,7 @@ pub fn curated() -> Vec<(String, Recipe)> {
         let kind = ["directional", "point", "spot", "rect", "tube"][number];
         all.push((format!("light-{kind}"), one_light(number)));
     }
-    for format in [Format::Glb, Format::Obj, Format::Stl, Format::Ply, Format::ThreeMf] {
+    for format in WRITTEN.into_iter().filter(|format| *format != Format::Gltf) {
         all.push((format!("model-{}", format.extension()), of_format(format)));
     }
     all.push(("planes".to_owned(), planes()));

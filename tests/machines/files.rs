@@ -11,6 +11,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+/// Formats of models that recipes are written in.
+pub const WRITTEN: [Format; 6] =
+    [Format::Gltf, Format::Glb, Format::Obj, Format::Stl, Format::Ply, Format::ThreeMf];
+
 /// The scene file.
 pub const SCENE: &str = "scene.toml";
 

@@ -45,6 +45,7 @@ fn _overcoat(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(movie::encode_movie, module)?)?;
     module.add_function(wrap_pyfunction!(options::scene_schema, module)?)?;
     module.add_function(wrap_pyfunction!(options::aov_names, module)?)?;
+    module.add_function(wrap_pyfunction!(options::model_extensions, module)?)?;
     module.add_function(wrap_pyfunction!(options::check_request, module)?)?;
     module.add_function(wrap_pyfunction!(options::read_description, module)?)?;
     module.add_function(wrap_pyfunction!(options::srgb_table, module)?)?;

@@ -7,7 +7,7 @@ use crate::orbit::Orbit;
 use overcoat::color::srgb::SRGB8_TO_LINEAR;
 use overcoat::description::{Description, DescriptionError, Machine};
 use overcoat::frame::Aov;
-use overcoat::load::LoadOptions;
+use overcoat::load::{Format, LoadOptions};
 use overcoat::output::write_atomically;
 use overcoat::scene::Camera;
 use overcoat::{Limits, description};
@@ -26,6 +26,12 @@ pub(crate) fn scene_schema() -> String {
 #[pyfunction]
 pub(crate) fn aov_names() -> Vec<(&'static str, usize)> {
     Aov::ALL.iter().map(|aov| (aov.name(), aov.channels())).collect()
+}
+
+/// Extensions of the files of models that are read, without the dot.
+#[pyfunction]
+pub(crate) fn model_extensions() -> Vec<&'static str> {
+    Format::ALL.iter().flat_map(|format| format.file_format().extensions).copied().collect()
 }
 
 /// A scene file as JSON, with the paths in it as seen from the current folder.

@@ -168,6 +168,6 @@ export interface Description {
   time?: number;
   /** Tone curve of 8-bit pictures: none (or linear), neutral, aces, agx; of a list of names in a scene file the first counts [default: neutral]. */
   tone_mapping?: "none" | "neutral" | "aces" | "agx" | "linear" | ("none" | "neutral" | "aces" | "agx" | "linear")[];
-  /** Axis of the model file that is up; the model is turned upright, with its lights and cameras [default: +y for glTF, OBJ and PLY, +z for STL and 3MF; for OBJ, PLY and STL the other of both if the model stands on it]. */
+  /** Axis of the model file that is up; the model is turned upright, with its lights and cameras [default: that of the file or of its format; of formats that leave it to custom the one of +y and +z on which the model stands]. */
   up?: "+x" | "-x" | "+y" | "-y" | "+z" | "-z" | "x" | "y" | "z";
 }

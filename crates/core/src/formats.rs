@@ -34,6 +34,28 @@ pub const STL: FileFormat = format("STL", &["stl"], "model/stl");
 pub const PLY: FileFormat = format("PLY", &["ply"], "model/ply");
 /// 3D Manufacturing Format.
 pub const THREE_MF: FileFormat = format("3MF", &["3mf"], "model/3mf");
+/// Gaussian splats of 32 bytes.
+pub const SPLAT: FileFormat = format("Gaussian splats", &["splat"], "model/x-splat");
+/// Compressed Gaussian splats of Niantic.
+pub const SPZ: FileFormat = format("SPZ", &["spz"], "model/x-spz");
+/// Gaussian splats of GaussianSplats3D.
+pub const KSPLAT: FileFormat = format("KSPLAT", &["ksplat"], "model/x-ksplat");
+/// Object file format of Geomview.
+pub const OFF: FileFormat = format("OFF", &["off"], "model/x-off");
+/// Point clouds of the Point Cloud Library.
+pub const PCD: FileFormat = format("PCD", &["pcd"], "model/x-pcd");
+/// Point clouds as lines of text.
+pub const XYZ: FileFormat = format("XYZ", &["xyz", "pts"], "model/x-xyz");
+/// Point clouds of laser scans.
+pub const LAS: FileFormat = format("LAS", &["las"], "model/x-las");
+/// Scans of Leica Cyclone.
+pub const PTX: FileFormat = format("PTX", &["ptx"], "model/x-ptx");
+/// COLLADA.
+pub const COLLADA: FileFormat = format("COLLADA", &["dae"], "model/vnd.collada+xml");
+/// Voxels of MagicaVoxel.
+pub const VOX: FileFormat = format("VOX", &["vox"], "model/x-vox");
+/// Meshes of 3D Studio.
+pub const THREE_DS: FileFormat = format("3DS", &["3ds"], "model/x-3ds");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

@@ -145,7 +145,7 @@ macro_rules! camera {
 pub(super) static SCENE: &[Key<Description>] = &[
     scene!("model", s.model, Path("the path of a model file"), "The model file"),
     scene!("up", s.up, Axes, "Axis of the model file that is up; the model is turned upright, with its lights and cameras")
-        .default("+y for glTF, OBJ and PLY, +z for STL and 3MF; for OBJ, PLY and STL the other of both if the model stands on it")
+        .default("that of the file or of its format; of formats that leave it to custom the one of +y and +z on which the model stands")
         .argument(Argument::new(Group::Input, "up", "AXIS").hyphen().help(
             "Which axis of the model file is up: +x, -x, +y, -y, +z or -z; the model is turned upright, with its lights and cameras",
         ).more(|| {

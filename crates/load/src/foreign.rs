@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// First bytes of files in other formats, and the name for messages: common model formats first, then containers and
 /// files that are mistaken for models.
-const BEGINNINGS: [(&[u8], &str); 48] = [
+const BEGINNINGS: [(&[u8], &str); 43] = [
     (b"BLENDER", "a Blender file"),
     (b"Kaydara FBX Binary", "an FBX file"),
     (b"; FBX", "an FBX file"),
@@ -31,11 +31,6 @@ const BEGINNINGS: [(&[u8], &str); 48] = [
     (b"Version 9", "a JT model"),
     (b"Version 10", "a JT model"),
     (b"DRACO", "a Draco mesh without the glTF around it"),
-    (b"OFF", "an OFF model"),
-    (b"COFF", "an OFF model"),
-    (b"# .PCD", "a point cloud (PCD)"),
-    (b"LASF", "a point cloud (LAS)"),
-    (b"VOX ", "a MagicaVoxel model"),
     (b"ID3;", "an ID3 model"),
     (b"b3dm", "a tile of 3D Tiles"),
     (b"i3dm", "a tile of 3D Tiles"),
@@ -56,8 +51,7 @@ const BEGINNINGS: [(&[u8], &str); 48] = [
 ];
 
 /// Outermost elements of XML files.
-const ROOTS: [(&[u8], &str); 8] = [
-    (b"<COLLADA", "a COLLADA file"),
+const ROOTS: [(&[u8], &str); 7] = [
     (b"<X3D", "an X3D file"),
     (b"<amf", "an AMF file"),
     (b"<AMF", "an AMF file"),
@@ -83,12 +77,6 @@ fn well_known(bytes: &[u8]) -> Option<&'static str> {
     let head = bytes.get(..HEAD).unwrap_or(bytes);
     if let Some((_, what)) = BEGINNINGS.iter().find(|(beginning, _)| head.starts_with(beginning)) {
         return Some(what);
-    }
-    // A chunk for the whole, and its length.
-    if let [b'M', b'M', a, b, c, d, ..] = head
-        && u64::from(u32::from_le_bytes([*a, *b, *c, *d])) == bytes.len() as u64
-    {
-        return Some("a 3D Studio model (3DS)");
     }
     match head {
         [b'F', b'O', b'R', b'M', _, _, _, _, b'L', b'W', ..] => return Some("a LightWave model"),
@@ -146,15 +134,14 @@ mod tests {
         iges[72..80].copy_from_slice(b"S      1");
         let mut tar = [0; 512];
         tar[257..262].copy_from_slice(b"ustar");
-        let cases: [(&[u8], &str); 14] = [
+        let cases: [(&[u8], &str); 13] = [
             (b"BLENDER-v300", "a Blender file"),
             (b"Kaydara FBX Binary  \0", "an FBX file"),
             (b"#usda 1.0\n", "a USD file"),
             (b"ISO-10303-21;\nHEADER;", "a STEP file"),
             (b"\x1f\x8b\x08\0", "compressed by gzip: unpack it first"),
             (b"PK\x03\x04\0\0", "a ZIP archive that is damaged or not complete"),
-            (b"MM\x08\0\0\0\0\0", "a 3D Studio model (3DS)"),
-            (b"\xef\xbb\xbf<?xml version='1.0'?>\n<COLLADA>", "a COLLADA file"),
+            (b"\xef\xbb\xbf<?xml version='1.0'?>\n<X3D>", "an X3D file"),
             (b"<!DOCTYPE HTML><p>", "a web page"),
             (b"<a/>", "an XML file"),
             (b"FORM\0\0\0\0LWO2", "a LightWave model"),

@@ -1,7 +1,9 @@
 //! Which format a file has.
 use super::archive;
 use super::gltf;
-use super::text::without_mark;
+use super::text::{is_text, without_mark};
+#[cfg(feature = "more-models")]
+use super::{off, scans, splats, three_ds};
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_scene::{Axis, Orientation};
 
@@ -21,11 +23,51 @@ pub enum Format {
     Ply,
     /// 3D Manufacturing Format.
     ThreeMf,
+    /// Gaussian splats of 32 bytes.
+    Splat,
+    /// Compressed Gaussian splats of Niantic.
+    Spz,
+    /// Gaussian splats of GaussianSplats3D.
+    Ksplat,
+    /// Object file format of Geomview.
+    Off,
+    /// Point clouds of the Point Cloud Library.
+    Pcd,
+    /// Point clouds as lines of text.
+    Xyz,
+    /// Point clouds of laser scans.
+    Las,
+    /// Scans of Leica Cyclone.
+    Ptx,
+    /// COLLADA.
+    Collada,
+    /// Voxels of MagicaVoxel.
+    Vox,
+    /// Meshes of 3D Studio.
+    ThreeDs,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: &[Self] = &[Self::Gltf, Self::Glb, Self::Obj, Self::Stl, Self::Ply, Self::ThreeMf];
+    pub const ALL: &[Self] = &[
+        Self::Gltf,
+        Self::Glb,
+        Self::Obj,
+        Self::Stl,
+        Self::Ply,
+        Self::ThreeMf,
+        Self::Splat,
+        Self::Spz,
+        Self::Ksplat,
+        Self::Off,
+        Self::Pcd,
+        Self::Xyz,
+        Self::Las,
+        Self::Ptx,
+        Self::Collada,
+        Self::Vox,
+        Self::ThreeDs,
+    ];
 
     /// Its name in messages.
     #[must_use]
@@ -36,6 +78,17 @@ impl Format {
             Self::Stl => "STL",
             Self::Ply => "PLY",
             Self::ThreeMf => "3MF",
+            Self::Splat => "SPLAT",
+            Self::Spz => "SPZ",
+            Self::Ksplat => "KSPLAT",
+            Self::Off => "OFF",
+            Self::Pcd => "PCD",
+            Self::Xyz => "XYZ",
+            Self::Las => "LAS",
+            Self::Ptx => "PTX",
+            Self::Collada => "COLLADA",
+            Self::Vox => "VOX",
+            Self::ThreeDs => "3DS",
         }
     }
 
@@ -49,6 +102,17 @@ impl Format {
             Self::Stl => formats::STL,
             Self::Ply => formats::PLY,
             Self::ThreeMf => formats::THREE_MF,
+            Self::Splat => formats::SPLAT,
+            Self::Spz => formats::SPZ,
+            Self::Ksplat => formats::KSPLAT,
+            Self::Off => formats::OFF,
+            Self::Pcd => formats::PCD,
+            Self::Xyz => formats::XYZ,
+            Self::Las => formats::LAS,
+            Self::Ptx => formats::PTX,
+            Self::Collada => formats::COLLADA,
+            Self::Vox => formats::VOX,
+            Self::ThreeDs => formats::THREE_DS,
         }
     }
 
@@ -60,20 +124,28 @@ impl Format {
 
     /// Usual axis of its files that is up, and knowledge of their front: glTF is +Y up and faces +Z by its specification
     /// (avatars of VRM 0 face -Z, as their files say); 3MF is +Z up by its own, and STL by the custom of printing;
-    /// slicers show both from -Y. OBJ and PLY say nothing: most are +Y up. A model of OBJ, PLY or STL that evidently stands on the
-    /// other axis is turned, unless [`LoadOptions::up`](super::LoadOptions::up) says which is up.
+    /// slicers show both from -Y, and so are clouds of points by the custom of surveying (by their own in LAS and PTX). Splats are -Y up, as the photographs that they are made from, but +Y in SPZ. OBJ, PLY and OFF say
+    /// nothing: most are +Y up. Of formats that leave it to custom, a model that evidently stands on the other one of +Y and +Z
+    /// is turned, unless [`LoadOptions::up`](super::LoadOptions::up) says which is up.
     #[must_use]
     pub fn orientation(self) -> Orientation {
+        let of =
+            |up: Axis, front_is_known: bool| Orientation { up, front_is_known, ..Orientation::default() };
         match self {
-            Self::Gltf | Self::Glb => Orientation { up: Axis::PositiveY, ..Orientation::default() },
-            Self::Stl | Self::ThreeMf => Orientation { up: Axis::PositiveZ, ..Orientation::default() },
-            Self::Obj | Self::Ply => Orientation { front_is_known: false, ..Orientation::default() },
+            Self::Gltf | Self::Glb => of(Axis::PositiveY, true),
+            Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
+            Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
+            Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
+            Self::Obj | Self::Collada | Self::Ply | Self::Off | Self::Spz => of(Axis::PositiveY, false),
         }
     }
 
     /// True if its files are of one up axis by its specification, and not by custom alone.
     pub(super) fn defines_up(self) -> bool {
-        matches!(self, Self::Gltf | Self::Glb | Self::ThreeMf)
+        matches!(
+            self,
+            Self::Gltf | Self::Glb | Self::Las | Self::Ptx | Self::ThreeMf | Self::Vox | Self::ThreeDs
+        )
     }
 
     /// The format with this file extension (without the dot, in any case).
@@ -97,6 +169,15 @@ impl Format {
         if bytes.starts_with(gltf::MAGIC) {
             return Some(Self::Glb);
         }
+        if bytes.starts_with(b"NGSP") {
+            return Some(Self::Spz);
+        }
+        if bytes.starts_with(b"VOX ") {
+            return Some(Self::Vox);
+        }
+        if bytes.starts_with(b"LASF") {
+            return Some(Self::Las);
+        }
         if let Some((magic, rest)) = without_mark(bytes).split_first_chunk::<3>()
             && magic.eq_ignore_ascii_case(b"ply")
             && rest.trim_ascii_start().len() < rest.len()
@@ -113,8 +194,25 @@ impl Format {
             let is_model = |name: &String| name.ends_with(".model");
             return archive::names(bytes, 4096).iter().any(is_model).then_some(Self::ThreeMf);
         }
+        #[cfg(feature = "more-models")]
+        if splats::ksplat::is_one(bytes) {
+            return Some(Self::Ksplat);
+        } else if three_ds::is_one(bytes) {
+            return Some(Self::ThreeDs);
+        }
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = text.trim_ascii_start();
+        #[cfg(feature = "more-models")]
+        if off::is_one(bytes) {
+            return Some(Self::Off);
+        } else if scans::pcd::is_one(text) {
+            return Some(Self::Pcd);
+        }
+        if text.starts_with(b"<")
+            && text.get(..4096).unwrap_or(text).windows(8).any(|word| word == b"<COLLADA")
+        {
+            return Some(Self::Collada);
+        }
         if text.starts_with(b"{") {
             return Some(Self::Gltf);
         }
@@ -125,6 +223,13 @@ impl Format {
         }
         starts_like_obj(text).then_some(Self::Obj)
     }
+}
+
+/// True if a file that is called one of splats may be that: a whole number of them, and no text. Contents with a mark of four
+/// letters are what that says.
+pub(super) fn is_likely_splat(bytes: &[u8]) -> bool {
+    let marked = !matches!(Format::detect(bytes), None | Some(Format::Gltf | Format::Obj));
+    bytes.len().is_multiple_of(32) && !marked && !is_text(bytes)
 }
 
 /// True if the first line that is not a comment begins with a keyword of OBJ.

@@ -23,7 +23,13 @@
 )]
 // Helpers of several parts have no user where these are left out.
 #![cfg_attr(
-    not(all(feature = "3mf", feature = "obj", feature = "ply-stl", feature = "material-files")),
+    not(all(
+        feature = "3mf",
+        feature = "more-models",
+        feature = "obj",
+        feature = "ply-stl",
+        feature = "material-files"
+    )),
     allow(dead_code, unused_imports)
 )]
 
@@ -32,6 +38,8 @@ mod animated;
 mod archive;
 mod budget;
 mod clay;
+#[cfg(feature = "more-models")]
+mod collada;
 #[cfg(feature = "3mf")]
 mod embedded;
 mod encoded_image;
@@ -41,6 +49,8 @@ mod foreign;
 mod format;
 mod gltf;
 mod grouped;
+#[cfg(test)]
+mod hostile;
 mod image;
 mod input;
 #[cfg(feature = "material-files")]
@@ -52,25 +62,39 @@ mod nonnumber;
 mod normals;
 #[cfg(feature = "obj")]
 mod obj;
+#[cfg(feature = "more-models")]
+mod off;
 mod options;
 mod origin;
 mod packed;
 #[cfg(feature = "ply-stl")]
 mod ply;
+mod point_clouds;
 mod polygon;
 mod resolver;
+#[cfg(feature = "more-models")]
+mod scans;
+mod splat_clouds;
+#[cfg(feature = "more-models")]
+mod splats;
 mod splitting;
 #[cfg(feature = "ply-stl")]
 mod stl;
 mod tangents;
 mod text;
+#[cfg(feature = "more-models")]
+mod three_ds;
 #[cfg(feature = "3mf")]
 mod threemf;
 mod upright;
 mod utf16;
 mod vertices;
+#[cfg(feature = "more-models")]
+mod vox;
 mod warnings;
 mod weld;
+#[cfg(feature = "3mf")]
+mod xml;
 #[cfg(feature = "3mf")]
 mod zipped;
 
@@ -117,12 +141,14 @@ pub struct Loaded {
     pub warnings: Vec<Warning>,
     /// The axis that is up by what the file says; `None`: the one of its format.
     up: Option<Axis>,
+    /// The model faces away from the front that goes with that axis.
+    is_turned: bool,
 }
 
 impl From<Scene> for Loaded {
     /// A scene that was made by hand: nothing is lost.
     fn from(scene: Scene) -> Self {
-        Self { scene, warnings: Vec::new(), up: None }
+        Self { scene, warnings: Vec::new(), up: None, is_turned: false }
     }
 }
 
@@ -273,11 +299,25 @@ struct Claim {
     named: Option<Format>,
 }
 
+impl Claim {
+    /// The format of a file that has no mark, if it claims to be of one and may be: its first bytes are those of numbers, which
+    /// can be taken for the beginning of a text.
+    fn without_mark(self, bytes: &[u8]) -> Option<Format> {
+        let is_splat = self.said.or(self.named) == Some(Format::Splat);
+        (is_splat && format::is_likely_splat(bytes)).then_some(Format::Splat)
+    }
+}
+
 /// Bytes from which on a file that allows it is read in parts: below, having it in memory twice is no matter.
 const READ_IN_PARTS: u64 = 1 << 20;
 
 /// The end of the message for all others.
-const READ: &str = "models are read from glTF, OBJ, STL, PLY and 3MF";
+fn read_formats() -> String {
+    let mut names: Vec<&str> = Format::ALL.iter().copied().map(Format::name).collect();
+    names.dedup();
+    let last = names.pop().unwrap_or_default();
+    format!("models are read from {} and {last}", names.join(", "))
+}
 
 /// Loads a model from memory. Without a format, its content tells.
 ///
@@ -364,6 +404,13 @@ fn read_unpacked(
     if bytes.is_empty() {
         return Err(LoadError::UnknownFormat("the file is empty".to_owned()));
     }
+    if let Some(format) = claim.without_mark(bytes) {
+        options.refuse()?;
+        return Ok((
+            still(read_meshes(bytes, format, options, context)?, Some(format), options),
+            Some(format),
+        ));
+    }
     let detected = Format::detect(bytes);
     if detected.is_none()
         && let Some(text) = utf16::to_utf8(bytes)
@@ -381,7 +428,7 @@ fn read_unpacked(
     if detected.is_none()
         && let Some(what) = foreign::what_it_is(bytes)
     {
-        return Err(LoadError::UnknownFormat(format!("it is {what}; {READ}")));
+        return Err(LoadError::UnknownFormat(format!("it is {what}; {}", read_formats())));
     }
     let format = claim.said.or(detected).or(claim.named);
     if !matches!(format, Some(Format::Gltf | Format::Glb) | None) {
@@ -392,20 +439,60 @@ fn read_unpacked(
             let rig = gltf::read(bytes, options, purpose, context)?;
             return Ok((Model::Rig(Box::new(rig)), format));
         }
-        #[cfg(feature = "obj")]
-        Some(Format::Obj) => obj::load(bytes, context, options.textures),
-        #[cfg(feature = "ply-stl")]
-        Some(Format::Stl) => stl::load(bytes, context),
-        #[cfg(feature = "ply-stl")]
-        Some(Format::Ply) => ply::load(bytes, context, options.textures),
-        #[cfg(feature = "3mf")]
-        Some(Format::ThreeMf) => threemf::load(bytes, context, options.textures),
-        #[cfg(not(all(feature = "3mf", feature = "obj", feature = "ply-stl")))]
-        Some(format) => Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT)),
-        None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
+        Some(format) => read_meshes(bytes, format, options, context),
+        None => Err(LoadError::UnknownFormat(format!("the format is not known; {}", read_formats()))),
     };
-    let mut loaded: Loaded = loaded?;
+    Ok((still(loaded?, format, options), format))
+}
+
+/// A model that never changes, on its feet.
+fn still(mut loaded: Loaded, format: Option<Format>, options: &LoadOptions) -> Model {
     let orientation = upright::orientation(&loaded, format, options);
     loaded.scene.stand_up(orientation);
-    Ok((Model::Still(Box::new(loaded)), format))
+    Model::Still(Box::new(loaded))
+}
+
+/// Reads a file of a format whose models never change.
+fn read_meshes(
+    bytes: &[u8],
+    format: Format,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<Loaded, LoadError> {
+    match format {
+        #[cfg(feature = "obj")]
+        Format::Obj => obj::load(bytes, context, options.textures),
+        #[cfg(feature = "ply-stl")]
+        Format::Stl => stl::load(bytes, context),
+        #[cfg(feature = "ply-stl")]
+        Format::Ply => ply::load(bytes, context, options.textures),
+        #[cfg(feature = "3mf")]
+        Format::ThreeMf => threemf::load(bytes, context, options.textures),
+        #[cfg(feature = "more-models")]
+        Format::Splat => splats::splat::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Spz => splats::spz::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Ksplat => splats::ksplat::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Off => off::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Pcd => scans::pcd::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Xyz => scans::xyz::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Las => scans::las::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Ptx => scans::ptx::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Collada => collada::load(bytes, context, options.textures),
+        #[cfg(feature = "more-models")]
+        Format::Vox => vox::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::ThreeDs => three_ds::load(bytes, context, options.textures),
+        _ => {
+            let _ = (bytes, options, context);
+            Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT))
+        }
+    }
 }

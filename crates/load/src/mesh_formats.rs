@@ -1,4 +1,4 @@
-//! Common parts of the mesh formats (OBJ, STL, PLY, 3MF): default materials, meshes within the limits, pictures by
+//! Common parts of the formats beside glTF: default materials, meshes within the limits, pictures by
 //! name.
 use super::budget::Budget;
 use super::clay::clay;

@@ -5,7 +5,7 @@
 //! the format says what it is good for.
 
 use super::warnings::counted;
-use super::{LoadError, Warning};
+use super::{Format, LoadError, Warning};
 use flate2::bufread::GzDecoder;
 use overcoat_core::limits::Limits;
 #[cfg(feature = "compression")]
@@ -129,6 +129,27 @@ impl<'a> Part<'a> {
     }
 }
 
+/// The content of Zstandard data, of `most` bytes and one more at most. The error says what is wrong with them.
+pub(super) fn unzstd(bytes: &[u8], most: u64) -> Result<Vec<u8>, String> {
+    #[cfg(not(feature = "compression"))]
+    {
+        let _ = (bytes, most);
+        Err(format!("Zstandard: {}", overcoat_core::formats::LEFT_OUT))
+    }
+    #[cfg(feature = "compression")]
+    {
+        let mut rest = bytes;
+        let frame = StreamingDecoder::new_with_max_window_size(&mut rest, MAX_WINDOW);
+        let mut out = Vec::new();
+        frame
+            .map_err(|error| error.to_string())?
+            .take(most.saturating_add(1))
+            .read_to_end(&mut out)
+            .map_err(|error| error.to_string())?;
+        Ok(out)
+    }
+}
+
 /// Appends all that can be read, or one byte more than is allowed.
 fn read_within(from: &mut impl Read, limits: &Limits, out: &mut Vec<u8>) -> std::io::Result<()> {
     let room = limits.input_bytes.saturating_add(1).saturating_sub(out.len() as u64);
@@ -153,6 +174,7 @@ pub fn inner_extension(path: &std::path::Path) -> Option<String> {
         "gz" | "gzip" | "zst" | "zstd" => {
             std::path::Path::new(path.file_stem()?).extension()?.to_str().map(str::to_ascii_lowercase)
         }
+        known if Format::from_extension(known).is_some() => Some(extension),
         _ => Some(extension.strip_suffix('z').map_or(extension.clone(), str::to_owned)),
     }
 }
@@ -233,6 +255,7 @@ mod tests {
             ("a.glb.gz", Some("glb")),
             ("a.STL.ZST", Some("stl")),
             ("a.objz", Some("obj")),
+            ("a.spz", Some("spz")),
             ("a.ply", Some("ply")),
             ("a.gz", None),
         ] {

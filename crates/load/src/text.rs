@@ -89,6 +89,13 @@ pub(super) fn length_before(text: &[u8], last: &[u8]) -> usize {
 
 const HIGH_BITS: u64 = 0x8080_8080_8080_8080;
 
+/// True if the first bytes are those of a text in any encoding of eight bits.
+pub(super) fn is_text(bytes: &[u8]) -> bool {
+    const HEAD: usize = 1024;
+    let head = bytes.get(..HEAD).unwrap_or(bytes);
+    head.iter().all(|&b| b >= b' ' || b.is_ascii_whitespace())
+}
+
 /// Text without the mark that some editors put before UTF-8.
 pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)

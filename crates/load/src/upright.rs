@@ -7,7 +7,10 @@ use overcoat_scene::Orientation;
 /// the shape of the model say otherwise.
 pub(super) fn orientation(loaded: &Loaded, format: Option<Format>, options: &LoadOptions) -> Orientation {
     let of_format = format.map(Format::orientation).unwrap_or_default();
-    let of_file = Orientation { up: loaded.up.unwrap_or(of_format.up), ..of_format };
+    let up = loaded.up.unwrap_or(of_format.up);
+    // Another up axis has another front.
+    let is_turned = loaded.is_turned && options.up.is_none_or(|chosen| chosen == up);
+    let of_file = Orientation { up, is_turned, ..of_format };
     if options.up.is_some() || loaded.up.is_some() || format.is_none_or(Format::defines_up) {
         return options.orientation(of_file);
     }

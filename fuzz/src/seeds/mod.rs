@@ -1,5 +1,6 @@
 //! Small valid files of every format, each with as many of its features as fit: where fuzzing starts from.
 
+mod formats;
 mod models;
 mod packages;
 
@@ -15,6 +16,9 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     };
     for (name, bytes) in models::all() {
         add("motion", name, bytes);
+    }
+    for (name, bytes) in formats::all() {
+        add("formats", name, bytes);
     }
     for (name, text) in packages::THREEMF {
         add("pipeline", name, super::targets::package(text.as_bytes()));

@@ -19,7 +19,6 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"#usda", "a USD file"),
     (b"ISO-10303-21", "a STEP file"),
     (b"<?xml", "an XML file"),
-    (b"<COLLADA", "a COLLADA file"),
     (b"<!DOCTYPE", "an HTML page"),
     (b"<!doctype", "an HTML page"),
     (b"<html", "an HTML page"),
@@ -67,6 +66,10 @@ pub fn check(bytes: &[u8], name: &str, media_type: Option<&str>) -> Result<(), P
     if bytes.is_empty() {
         return Err(unsupported("it is empty"));
     }
+    // A file that the reader knows is of no other kind, however it begins.
+    if Format::detect(bytes).is_some() {
+        return Ok(());
+    }
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if let Some((_, what)) = OTHERS.iter().find(|(start, _)| text.trim_ascii_start().starts_with(start)) {
         return Err(unsupported(&format!("it is {what}")));
@@ -90,13 +93,7 @@ pub fn check(bytes: &[u8], name: &str, media_type: Option<&str>) -> Result<(), P
     {
         return Err(unsupported(&format!("it is said to be {}", shown(media_type))));
     }
-    // Binary STL has no mark, and OBJ begins with any of its words. (Archives are not looked into.)
-    match Format::detect(bytes) {
-        Some(_) => Ok(()),
-        None => Err(unsupported(
-            "nothing says what it is: its name, its type and its first bytes are of no known format",
-        )),
-    }
+    Err(unsupported("nothing says what it is: its name, its type and its first bytes are of no known format"))
 }
 
 fn shown(text: &str) -> String {

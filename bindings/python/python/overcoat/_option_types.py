@@ -120,7 +120,7 @@ class PictureOptions(ViewOptions, total=False):
     time: float
     """Seconds in the animation; beyond its end it stays as it is there [default: 0]."""
     up: Up
-    """Axis of the model file that is up; the model is turned upright, with its lights and cameras [default: +y for glTF, OBJ and PLY, +z for STL and 3MF; for OBJ, PLY and STL the other of both if the model stands on it]."""
+    """Axis of the model file that is up; the model is turned upright, with its lights and cameras [default: that of the file or of its format; of formats that leave it to custom the one of +y and +z on which the model stands]."""
     aov: Union[str, Sequence[str]]
     """Planes of the G-buffer to draw as well."""
     format: str

@@ -31,7 +31,8 @@ def descriptions() -> Dict[str, str]:
     planes = ", ".join(name for name, _ in _overcoat.aov_names())
     found["aov"] = f"Planes of the G-buffer to draw as well: {planes}"
     found["limits"] = "Bounds on the work and on what a file may ask for, by the names of `overcoat render --limit`"
-    found["format"] = "Format of a model in memory, where its content does not tell: glb, gltf, obj, stl, ply, 3mf"
+    extensions = ", ".join(_overcoat.model_extensions())
+    found["format"] = f"Format of a model in memory, where its content does not tell: {extensions}"
     return found
 
 

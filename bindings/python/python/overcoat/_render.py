@@ -187,7 +187,7 @@ def load(source: Any, /, **options: Any) -> _overcoat.Model:
         source: What `render` takes.
         up: Axis that is up in the file, such as `+z`; what its format has, or the model's shape says, if `None`.
         animation: Name or number of an animation; with `time` in seconds and `loop`.
-        format: Of bytes whose content does not tell: `glb`, `gltf`, `obj`, `stl`, `ply`, `3mf`.
+        format: Of bytes whose content does not tell: `glb`, `gltf`, `obj`, `stl` and others (`overcoat formats`).
         limits: Bounds on what the file may ask for, by name.
 
     Raises:
@@ -242,7 +242,7 @@ else:
         The interpreter is free meanwhile, for other threads. Ctrl-C is seen when the picture is done.
 
         Args:
-            source: Path of a model file (glTF, OBJ, STL, PLY, 3MF), its bytes, a file object, a `Model`, a `Mesh` or a list of
+            source: Path of a model file (glTF, OBJ, STL, PLY, 3MF, COLLADA and others), its bytes, a file object, a `Model`, a `Mesh` or a list of
                 them, a `Scene`, a scene or geometry of trimesh, or a scene of pyrender. In its place, arrays:
             vertices, faces, normals, uv, colors, texture: As of `Mesh`.
             renderer: Whose threads are used; one that all calls share if `None`.

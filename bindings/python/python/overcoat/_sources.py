@@ -66,7 +66,7 @@ def file_of(source: Any, form: Any) -> Tuple[Optional[str], Optional[bytes], Any
 
 
 def _known(extension: str) -> str | None:
-    return extension if extension.lower() in ("glb", "vrm", "gltf", "obj", "stl", "ply", "3mf") else None
+    return extension if extension.lower() in _overcoat.model_extensions() else None
 
 
 def check_loading(options: Mapping[str, Any]) -> None:

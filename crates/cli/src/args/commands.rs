@@ -1,5 +1,6 @@
 //! The options of each command, beside the groups that it shares with others.
 
+use super::formats::model_files;
 use super::groups::{
     DrawArgs, EncodingArgs, InputArgs, MachineArgs, ModelArgs, PictureEncodingArgs, ReportArgs, ThreadArgs,
     models,
@@ -162,8 +163,8 @@ pub struct AnimateArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  overcoat info car.glb\n  overcoat info car.glb --json")]
 pub struct InfoArgs {
-    /// Model file (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
-    #[arg(value_name = "IN")]
+    /// Model file, or - for standard input
+    #[arg(value_name = "IN", long_help = model_files("Model file", ", or - for standard input"))]
     pub input: PathBuf,
 
     /// Fail if anything of the file cannot be read: whatever would be a warning
@@ -212,8 +213,8 @@ const CELL_SIZE: &str = "Width and height of a cell in pixels; one number makes 
 A model that fails, or shows nothing, gets a cell with the reason. The sheet is written all the same, and the exit code is
 1.")]
 pub struct SheetArgs {
-    /// Model files (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
-    #[arg(value_name = "IN", required = true)]
+    /// Model files, or - for standard input
+    #[arg(value_name = "IN", required = true, long_help = model_files("Model files", ", or - for standard input"))]
     pub inputs: Vec<PathBuf>,
 
     /// Contact sheet to write (.png, .webp or .jpg), or - for standard output
@@ -275,8 +276,9 @@ difference of what a screen shows, four times as strong: black where both agree.
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 the pictures differ (--exit-code)")]
 pub struct DiffArgs {
-    /// Model file as it was, and as it is (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf)
-    #[arg(value_names = ["BEFORE", "AFTER"], num_args = 2, required = true)]
+    /// Model file as it was, and as it is
+    #[arg(value_names = ["BEFORE", "AFTER"], num_args = 2, required = true,
+          long_help = model_files("Model file as it was, and as it is", ""))]
     pub models: Vec<PathBuf>,
 
     /// Labelled sheet to write (.png, .webp or .jpg), or - for standard output
@@ -305,8 +307,9 @@ materials of --material and the renderer stay, and one pass over all models come
 counted. Times are wall-clock milliseconds; processor time is user and system time of the whole process \
 over the counted frames.")]
 pub struct BenchArgs {
-    /// Model files (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf), or - for standard input; of several, a new one each frame
-    #[arg(value_name = "IN", required_unless_present = "scene")]
+    /// Model files, or - for standard input; of several, a new one each frame
+    #[arg(value_name = "IN", required_unless_present = "scene",
+          long_help = model_files("Model files", ", or - for standard input; of several, a new one each frame"))]
     pub inputs: Vec<PathBuf>,
 
     /// Frames that are counted, evenly spaced over one turn of the camera

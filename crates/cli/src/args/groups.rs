@@ -1,5 +1,6 @@
 //! Groups of options that commands have in common, each defined once.
 
+use super::formats::{extensions, model_files};
 use super::options::{Drawing, Options, Reading};
 use crate::environment_cache::keep_environments;
 use crate::picture_format::PictureFormat;
@@ -67,8 +68,9 @@ impl From<&EncodingArgs> for PictureEncodingArgs {
 /// One model, and how it is drawn.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
-    /// Model file (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf; also in gzip or Zstandard), a pipe, or - for standard input
-    #[arg(value_name = "IN", required_unless_present = "scene", help_heading = None::<&str>)]
+    /// Model file (also in gzip or Zstandard), a pipe, or - for standard input
+    #[arg(value_name = "IN", required_unless_present = "scene", help_heading = None::<&str>,
+          long_help = model_files("Model file", ", also in gzip or Zstandard; a pipe, or - for standard input"))]
     pub input: Option<PathBuf>,
 
     #[command(flatten)]
@@ -143,8 +145,11 @@ pub struct MachineArgs {
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Input")]
 pub struct InputArgs {
-    /// Format of a model from standard input: gltf, glb, obj, stl, ply or 3mf [default: by its content]
-    #[arg(long, value_name = "FORMAT")]
+    /// Format of a model from standard input [default: by its content]
+    #[arg(long, value_name = "FORMAT", long_help = format!(
+        "Format of a model from standard input: {} [default: by its content]",
+        extensions("").join(", ")
+    ))]
     pub format: Option<String>,
 
     /// Material variant of the model (glTF), by name or by number from 0 [default: the model's own materials]

@@ -3,6 +3,7 @@
 // Groups that are flattened into others cannot have a comment; a test looks for options without one.
 #[allow(missing_docs)]
 mod commands;
+mod formats;
 #[allow(missing_docs)]
 mod groups;
 #[allow(missing_docs)]

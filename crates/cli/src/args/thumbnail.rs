@@ -1,5 +1,6 @@
 //! The options of `overcoat thumbnail`.
 
+use super::formats::model_files;
 use super::groups::{LimitArgs, MACHINE, ReportArgs, ThreadArgs};
 use crate::thumbnail_limits::{MEMORY_DEFAULT, explained};
 use crate::value_parsers;
@@ -15,8 +16,9 @@ const THREADS: &str = "Worker threads, 0 to 256; 0 stands for one per processor,
   overcoat thumbnail part.stl part.png
   overcoat thumbnail --size 512 file:///home/me/my%20car.glb car.png")]
 pub struct ThumbnailArgs {
-    /// Model file (.glb, .vrm, .gltf, .obj, .stl, .ply, .3mf; also in gzip or Zstandard) or its file:// URI, or - for standard input
-    #[arg(value_name = "IN", value_parser = value_parsers::file_or_uri())]
+    /// Model file (also in gzip or Zstandard) or its file:// URI, or - for standard input
+    #[arg(value_name = "IN", value_parser = value_parsers::file_or_uri(),
+          long_help = model_files("Model file", ", also in gzip or Zstandard; or its file:// URI, or - for standard input"))]
     pub input: PathBuf,
 
     /// PNG to write, whatever its name, or - for standard output

@@ -11,14 +11,12 @@ use super::list::Index;
 use super::mesh::{inside, name};
 use super::model::{GaussianSplatting, Kind, Primitive, Root};
 use crate::budget::Budget;
+use crate::splat_clouds::DEGREE_0;
 use crate::warnings::Warnings;
 use crate::warnings::counted;
 use crate::{Context, LoadError};
 use overcoat_core::limits::Limits;
 use overcoat_scene::{Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder};
-
-/// The spherical harmonic of degree 0.
-const DEGREE_0: f32 = 0.282_094_8;
 
 /// Before the names of its attributes.
 pub(super) const PREFIX: &str = "KHR_gaussian_splatting:";

@@ -5,6 +5,7 @@ use super::header::{Element, Encoding, Kind, Property, Scalar};
 use super::values::{Missing, Values};
 use crate::mesh_formats::{check_mesh, drawable};
 use crate::origin::{Origin, Region};
+use crate::point_clouds::Measure;
 use crate::polygon::Triangulator;
 use crate::{Context, LoadError};
 use overcoat_core::color::srgb::{srgb_to_linear, srgb8_to_linear};
@@ -66,35 +67,6 @@ impl Slots {
     /// True if all of these slots are filled.
     pub(super) fn has(&self, mut slots: std::ops::Range<usize>) -> bool {
         slots.all(|slot| self.0.iter().flatten().any(|&(filled, _)| filled == slot))
-    }
-}
-
-/// Meaning of a point's scalar that is no position, direction or colour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Measure {
-    /// The number of a class: those of neighbouring classes have nothing in common.
-    #[default]
-    Class,
-    /// A quantity.
-    Quantity,
-    /// Reflectance of the point: the best substitute for a colour.
-    Intensity,
-}
-
-impl Measure {
-    /// Meaning of a property by its name. CloudCompare puts `scalar_` before the names that its users give.
-    fn of(name: &str) -> Option<Self> {
-        let name = name.to_ascii_lowercase();
-        let (given, name) = match name.strip_prefix("scalar_") {
-            Some(rest) => (true, rest),
-            None => (false, name.as_str()),
-        };
-        match name {
-            "intensity" | "reflectance" | "reflectivity" | "remission" => Some(Self::Intensity),
-            "class" | "classification" | "label" => Some(Self::Class),
-            "scalar" | "quality" | "value" => Some(Self::Quantity),
-            _ => given.then_some(Self::Quantity),
-        }
     }
 }
 

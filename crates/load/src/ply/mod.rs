@@ -10,7 +10,6 @@ mod body;
 mod edges;
 mod header;
 mod packed;
-mod points;
 mod splats;
 mod textures;
 mod values;
@@ -20,6 +19,7 @@ use super::mesh_formats::{
 };
 use super::normals::{add_missing_normals, add_smooth_normals};
 use super::origin::{Origin, Region, load_about, lost_steps};
+use super::point_clouds::{Points, cloud};
 use super::text::quoted;
 use super::warnings::Warnings;
 use super::warnings::counted;
@@ -27,8 +27,6 @@ use super::{Context, LoadError, Loaded, TextureLoading};
 use body::{Faces, Vertices};
 use edges::{EDGES, Edges};
 use header::{Element, Encoding, Header};
-use overcoat_core::built::Splats;
-use overcoat_core::formats::LEFT_OUT;
 use overcoat_core::jobs::Jobs;
 use overcoat_scene::{AlphaMode, CREASE_ANGLE, MeshData, Scene};
 use values::Values;
@@ -69,9 +67,6 @@ fn load_in(
     }
     splats::take_prefixes_away(&mut header);
     if let Some(layout) = splats::layout(&header) {
-        if !Splats::IS_BUILT {
-            return Err(LoadError::unsupported(FORMAT, format!("Gaussian splats: {LEFT_OUT}")));
-        }
         return splats::load(&layout, &header, context, warnings);
     }
     let mut origin = Origin::default();
@@ -89,8 +84,11 @@ fn load_in(
             vertices.normals = Vec::new();
         }
         let of_faces = std::mem::take(&mut faces.textures);
-        let mut data =
-            if is_cloud { points::cloud(vertices, &mut warnings) } else { build(vertices, faces, context)? };
+        let mut data = if is_cloud {
+            cloud(FORMAT, vertices.into(), &mut warnings)
+        } else {
+            build(vertices, faces, context)?
+        };
         if !is_cloud {
             add_normals(&mut data, context.jobs);
         }
@@ -101,6 +99,14 @@ fn load_in(
     }
     lines.map(|lines| edges::add(&mut scene, lines)).transpose()?;
     Ok(finish(scene, warnings.finish()))
+}
+
+impl From<Vertices> for Points {
+    /// Vertices without faces.
+    fn from(vertices: Vertices) -> Self {
+        let Vertices { positions, normals, uvs, colors, values, measure, .. } = vertices;
+        Self { positions, normals, uvs, colors, values, measure }
+    }
 }
 
 /// Adds the parts of a mesh or cloud, each with a material.

@@ -7,13 +7,14 @@
 use super::FORMAT;
 use super::body::{cut, skip, skip_property};
 use super::header::{Element, Header, Kind};
-use super::splats::{self, Counts, each_row};
+use super::splats::{self, each_row};
 use super::values::Values;
+use crate::splat_clouds::{Cloud, coefficients};
 use crate::warnings::Warnings;
 use crate::warnings::counted;
 use crate::{Context, LoadError};
 use overcoat_core::math::scalar::exp;
-use overcoat_scene::{Splat, SplatCloud};
+use overcoat_scene::Splat;
 
 /// Splats of a box.
 const PER_BOX: usize = 256;
@@ -47,9 +48,8 @@ const WORDS: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", 
 pub(super) fn read(
     header: &Header<'_>,
     context: &Context<'_>,
-    counts: &mut Counts,
     warnings: &mut Warnings,
-) -> Result<SplatCloud, LoadError> {
+) -> Result<Cloud, LoadError> {
     let mut values = Values::new(header.encoding, header.body);
     let (mut boxes, mut found) = (Vec::new(), None);
     let mut harmonics: Vec<u8> = Vec::new();
@@ -60,8 +60,8 @@ pub(super) fn read(
         match element.name.as_str() {
             "chunk" => boxes = read_boxes(element, &mut values, header.body.len(), warnings)?,
             "vertex" => {
-                let builder = splats::builder(element, header.encoding, header.body.len(), degree, context)?;
-                found = Some((builder, read_words(element, &mut values, header.body.len(), warnings)?));
+                let cloud = splats::cloud(element, header.encoding, header.body.len(), degree, context)?;
+                found = Some((cloud, read_words(element, &mut values, header.body.len(), warnings)?));
             }
             "sh" => {
                 let size = element.count.saturating_mul(element.properties.len() as u64);
@@ -73,7 +73,7 @@ pub(super) fn read(
             _ => skip(element, &mut values).map_err(|message| LoadError::malformed(FORMAT, message))?,
         }
     }
-    let Some((mut builder, words)) = found else {
+    let Some((mut cloud, words)) = found else {
         return Err(LoadError::malformed(FORMAT, "there is no element 'vertex'"));
     };
     let needed = words.len().div_ceil(PER_BOX);
@@ -84,7 +84,7 @@ pub(super) fn read(
     }
     let stride = each.saturating_mul(3).max(of_sh.map_or(0, |e| e.properties.len()));
     let mut own = [[0.0; 3]; 15];
-    let own = own.get_mut(..splats::coefficients(degree)).unwrap_or_default();
+    let own = own.get_mut(..coefficients(degree)).unwrap_or_default();
     let mut without = 0_u64;
     let chunks = words.chunks(PER_BOX).zip(&boxes);
     let all = chunks.flat_map(|(words, bounds)| words.iter().map(move |words| (words, bounds)));
@@ -98,13 +98,13 @@ pub(super) fn read(
                 *value = byte.map_or(0.0, |&byte| harmonic(byte));
             }
         }
-        counts.push(&mut builder, unpack(words, bounds), own);
+        cloud.push(unpack(words, bounds), own);
     }
     if without > 0 {
         let splats = counted(without, "splat");
         warnings.add(|| format!("PLY: {splats} without spherical harmonics of the element 'sh'"));
     }
-    Ok(builder.finish())
+    Ok(cloud)
 }
 
 /// A coefficient, whose two outermost codes stand for the ends of the range.

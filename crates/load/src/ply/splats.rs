@@ -10,19 +10,12 @@ use super::header::{Element, Encoding, Header, Kind, Scalar};
 use super::packed;
 use super::values::{Missing, Values};
 use super::{FACES, FORMAT, VERTICES};
-use crate::mesh_formats::finish;
+use crate::splat_clouds::{Cloud, DEGREE_0, UP_OF_CAPTURES, coefficients};
 use crate::warnings::Warnings;
 use crate::warnings::counted;
 use crate::{Context, LoadError, Loaded};
-use overcoat_core::limits::Limits;
 use overcoat_core::math::scalar::exp;
-use overcoat_scene::{
-    Axis, MAX_COORDINATE, MAX_SPLAT_SCALE, Scene, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace,
-    SplatInstance, SplatOrder, Transform,
-};
-
-/// The spherical harmonic of degree 0.
-pub(super) const DEGREE_0: f32 = 0.282_094_8;
+use overcoat_scene::Splat;
 
 /// Names of what every splat has, in the order of [`Row`]'s slots.
 const NAMES: [&str; 14] = [
@@ -35,9 +28,6 @@ const SURE: [&str; 5] = ["scale_0", "scale_1", "rot_0", "opacity", "f_dc_0"];
 
 /// The one of [`NAMES`] that flat splats do not have.
 const THICKNESS: usize = 5;
-
-/// Bytes of a splat, but for its harmonics.
-const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
 
 /// Layout of the splats in a file.
 pub(super) enum Layout {
@@ -90,89 +80,24 @@ pub(super) fn load(
     context: &Context<'_>,
     mut warnings: Warnings,
 ) -> Result<Loaded, LoadError> {
-    let mut counts = Counts::default();
     let cloud = match layout {
-        Layout::Plain => read(header, context, &mut counts, &mut warnings)?,
-        Layout::Packed => packed::read(header, context, &mut counts, &mut warnings)?,
+        Layout::Plain => read(header, context, &mut warnings)?,
+        Layout::Packed => packed::read(header, context, &mut warnings)?,
     };
-    counts.warn(&mut warnings);
-    let mut scene = Scene::new();
-    let cloud = scene.add_splats(cloud).map_err(LoadError::scene("PLY: splats"))?;
-    let instance = SplatInstance::new(cloud, Transform::IDENTITY);
-    scene.add_splat_instance(instance).map_err(LoadError::scene("PLY: splats"))?;
-    let up = Some(header.up.unwrap_or(Axis::NegativeY));
-    Ok(Loaded { up, ..finish(scene, warnings.finish()) })
-}
-
-/// Splats that are not as they should be.
-#[derive(Debug, Default)]
-pub(super) struct Counts {
-    /// Numbers that are not finite, or too large.
-    pub bad: u64,
-    /// Without a direction.
-    pub unturned: u64,
-}
-
-impl Counts {
-    /// Adds a splat, unless nothing can be drawn of it.
-    pub(super) fn push(
-        &mut self,
-        builder: &mut SplatCloudBuilder,
-        mut splat: Splat,
-        harmonics: &mut [[f32; 3]],
-    ) {
-        if splat.rotation == [0.0; 4] {
-            self.unturned = self.unturned.saturating_add(1);
-            splat.rotation = [0.0, 0.0, 0.0, 1.0];
-        }
-        // Half floats end there; no color is beyond.
-        harmonics.as_flattened_mut().iter_mut().for_each(|v| *v = v.clamp(-65504.0, 65504.0));
-        if builder.push(&splat, harmonics).is_err() {
-            self.bad = self.bad.saturating_add(1);
-        }
-    }
-
-    fn warn(&self, warnings: &mut Warnings) {
-        if self.bad > 0 {
-            let (bad, scale) = (counted(self.bad, "splat"), MAX_SPLAT_SCALE);
-            let reason = format!("not finite, beyond {MAX_COORDINATE:e} or larger than {scale:e}");
-            warnings.add(|| format!("PLY: {bad} left out: {reason}"));
-        }
-        if self.unturned > 0 {
-            let splats = counted(self.unturned, "splat");
-            warnings.add(|| format!("PLY: {splats} with a rotation of zeros drawn without rotation"));
-        }
-    }
+    cloud.finish(header.up.unwrap_or(UP_OF_CAPTURES), warnings)
 }
 
 /// An empty cloud with room for as many splats as the file says, if it can hold them.
-pub(super) fn builder(
+pub(super) fn cloud(
     element: &Element,
     encoding: Encoding,
     bytes: usize,
     degree: u8,
     context: &Context<'_>,
-) -> Result<SplatCloudBuilder, LoadError> {
+) -> Result<Cloud, LoadError> {
     let least = element.min_size(encoding).max(1);
     let count = element.count.min((bytes as u64).saturating_add(1).checked_div(least).unwrap_or(0));
-    Limits::check(|| "the model's splats".to_owned(), count, context.limits.vertices, "vertices")?;
-    let each = SPLAT_BYTES.saturating_add(6_u64.saturating_mul(coefficients(degree) as u64));
-    let limit = context.limits.decoded_bytes;
-    Limits::check(|| "the model's splats".to_owned(), count.saturating_mul(each), limit, "decoded_bytes")?;
-    let builder = SplatCloudBuilder::new(degree, SplatColorSpace::Srgb, SplatOrder::Depth);
-    let mut builder = builder.map_err(LoadError::scene("PLY: splats"))?;
-    builder.reserve(usize::try_from(count).unwrap_or(0));
-    Ok(builder)
-}
-
-/// Coefficients of one colour above degree 0.
-pub(super) fn coefficients(degree: u8) -> usize {
-    match degree {
-        0 => 0,
-        1 => 3,
-        2 => 8,
-        _ => 15,
-    }
+    Cloud::new(FORMAT, count, degree, context)
 }
 
 /// The degree that so many coefficients of one colour above degree 0 suffice for. Others are left over, with a warning.
@@ -184,12 +109,7 @@ pub(super) fn degree_of(each: usize, all: usize, warnings: &mut Warnings) -> u8 
     degree
 }
 
-fn read(
-    header: &Header<'_>,
-    context: &Context<'_>,
-    counts: &mut Counts,
-    warnings: &mut Warnings,
-) -> Result<SplatCloud, LoadError> {
+fn read(header: &Header<'_>, context: &Context<'_>, warnings: &mut Warnings) -> Result<Cloud, LoadError> {
     let mut values = Values::new(header.encoding, header.body);
     for element in &header.elements {
         if !VERTICES.contains(&element.name.as_str()) {
@@ -214,7 +134,7 @@ fn read(
         if place("filter_3D").is_some() {
             warnings.add(|| "PLY: 'filter_3D' of the splats has no effect".to_owned());
         }
-        let mut builder = builder(element, header.encoding, header.body.len(), degree, context)?;
+        let mut cloud = cloud(element, header.encoding, header.body.len(), degree, context)?;
         let mut harmonics = [[0.0; 3]; 15];
         let harmonics = harmonics.get_mut(..coefficients(degree)).unwrap_or_default();
         each_row(element, &mut values, warnings, |row| {
@@ -234,9 +154,9 @@ fn read(
                 opacity: 1.0 / (1.0 + exp(-opacity)),
                 color: [r, g, b].map(|v| 0.5 + DEGREE_0 * v),
             };
-            counts.push(&mut builder, splat, harmonics);
+            cloud.push(splat, harmonics);
         })?;
-        return Ok(builder.finish());
+        return Ok(cloud);
     }
     Err(LoadError::malformed(FORMAT, "there is no element 'vertex'"))
 }

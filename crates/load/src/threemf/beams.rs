@@ -4,10 +4,10 @@
 //! left out.
 
 use super::model::{Mesh, Totals};
-use super::xml::{Tag, Xml, index};
 use crate::LoadError;
 use crate::mesh_formats::{check_mesh, drawable};
 use crate::warnings::counted;
+use crate::xml::{Tag, Xml, index};
 
 /// Corners of a prism's end.
 const SIDES: u32 = 6;

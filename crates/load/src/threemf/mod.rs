@@ -21,7 +21,6 @@ mod parts;
 mod plates;
 mod property;
 mod slicer;
-mod xml;
 
 use super::budget::Budget;
 use super::mesh_formats::{add_placed, check_input, finish};
@@ -30,13 +29,13 @@ use super::warnings::Warnings;
 use super::warnings::counted;
 use super::{Context, LoadError, Loaded, TextureLoading};
 use crate::archive::{Archive, part_name};
+use crate::xml::{Xml, text_of};
 use look::Looks;
 use model::{Model, Purpose, Totals};
 use overcoat_core::limits::Limits;
 use overcoat_scene::{MaterialId, MeshId, Scene, Transform};
 use slicer::{Part, Settings};
 use std::collections::{BTreeMap, BTreeSet};
-use xml::{Xml, text_of};
 
 const FORMAT: &str = "3MF";
 /// Relationship of a package to its root model part (core specification, C.2).
@@ -118,7 +117,7 @@ fn start_part(archive: &Archive<'_>, budget: &mut Budget) -> Result<String, Load
     if archive.has("_rels/.rels") {
         let bytes = archive.read("_rels/.rels", budget)?;
         let text = text_of(&bytes, "_rels/.rels", budget)?;
-        let mut xml = Xml::new("_rels/.rels", &text);
+        let mut xml = Xml::new(FORMAT, "_rels/.rels", &text);
         xml.root(|xml, _| {
             xml.children(|_, tag| {
                 if found.is_none() && tag.attribute("Type").is_some_and(|kind| kind.ends_with(START)) {

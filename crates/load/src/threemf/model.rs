@@ -1,14 +1,15 @@
 //! A model part: its objects, what they are made of, and what is built of them.
 
+use super::FORMAT;
 use super::beams::Beams;
 use super::property::{Group, Groups};
-use super::xml::{Tag, Xml, index};
 use crate::budget::Budget;
 use crate::mesh_formats::{check_mesh, drawable};
 use crate::origin::Origin;
 use crate::text::{double, float, quoted};
 use crate::warnings::Warnings;
 use crate::warnings::counted;
+use crate::xml::{Tag, Xml, index};
 use crate::{Context, LoadError};
 use overcoat_core::limits::Limits;
 use overcoat_scene::{Bounds, Transform};
@@ -152,7 +153,7 @@ impl Model {
     pub(super) fn read(part: &str, text: &str, totals: &mut Totals<'_>) -> Result<Self, LoadError> {
         let mut model =
             Self { unit: 1e-3, objects: BTreeMap::new(), groups: Groups::default(), build: Vec::new() };
-        let mut xml = Xml::new(part, text);
+        let mut xml = Xml::new(FORMAT, part, text);
         xml.root(|xml, root| {
             if root.name() != "model" {
                 return Err(xml.error(format!("{} is not a model", quoted(root.name().as_bytes()))));

@@ -1,9 +1,9 @@
 //! Property groups: base materials of the core, and colours, textures, mixtures and layers of the materials extension.
 
-use super::xml::{Tag, Xml, index};
 use crate::LoadError;
 use crate::budget::Budget;
 use crate::text::float;
+use crate::xml::{Tag, Xml, index};
 use overcoat_core::color::srgb::srgb8_to_linear;
 use overcoat_scene::{Filter, Sampler, Wrap};
 use std::collections::BTreeMap;

@@ -5,12 +5,13 @@
 //! overlap them, the filament that a part is printed with, whose colour it is shown in, and the plates that items lie
 //! on. All of it is optional: what cannot be read is as if it were not there.
 
+use super::FORMAT;
 use super::property::color;
-use super::xml::{Tag, Xml, index, text_of};
 use crate::LoadError;
 use crate::archive::Archive;
 use crate::budget::Budget;
 use crate::warnings::Warnings;
+use crate::xml::{Tag, Xml, index, text_of};
 use std::collections::BTreeMap;
 
 /// Filaments of one file; printers have up to 16 or so.
@@ -100,7 +101,7 @@ impl Settings {
     ) -> Result<(), LoadError> {
         let bytes = archive.read(name, budget)?;
         let text = text_of(&bytes, name, budget)?;
-        let mut xml = Xml::new(name, &text);
+        let mut xml = Xml::new(FORMAT, name, &text);
         xml.root(|xml, _| {
             xml.children(|xml, tag| {
                 if tag.name() == "plate" {

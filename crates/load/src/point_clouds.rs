@@ -1,23 +1,64 @@
-//! Vertices without faces: a cloud of points.
+//! Clouds of points, as the readers of their formats fill them.
 //!
 //! Points without colours are grey by what else the file says of them: the intensity of their reflection, any other
 //! quantity, or the number of their class. The 1st percentile of a quantity is dark ([`DARK`], an sRGB code) and the 99th
 //! white, since a few bright reflections must not leave the rest black; classes run from the smallest number to the
 //! largest.
 
-use super::body::{Measure, Vertices};
-use crate::mesh_formats::drawable;
-use crate::warnings::Warnings;
-use crate::warnings::counted;
+use super::LoadError;
+use super::mesh_formats::{add_object, default_material, drawable, white_material};
+use super::warnings::{Warnings, counted};
 use overcoat_core::color::srgb::srgb_to_linear;
-use overcoat_scene::{MeshData, PrimitiveKind};
+use overcoat_scene::{MeshData, PrimitiveKind, Scene};
+
+/// Points of a file; lists are empty where it has none.
+#[derive(Debug, Default)]
+pub(crate) struct Points {
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) normals: Vec<[f32; 3]>,
+    pub(crate) uvs: Vec<[f32; 2]>,
+    pub(crate) colors: Vec<[f32; 4]>,
+    /// Numbers that stand in for colours.
+    pub(crate) values: Vec<f32>,
+    /// Meaning of the values.
+    pub(crate) measure: Measure,
+}
+
+/// Meaning of a point's scalar that is no position, direction or colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Measure {
+    /// The number of a class: those of neighbouring classes have nothing in common.
+    #[default]
+    Class,
+    /// A quantity.
+    Quantity,
+    /// Reflectance of the point: the best substitute for a colour.
+    Intensity,
+}
+
+impl Measure {
+    /// Meaning of a property by its name. CloudCompare puts `scalar_` before the names that its users give.
+    pub(crate) fn of(name: &str) -> Option<Self> {
+        let name = name.to_ascii_lowercase();
+        let (given, name) = match name.strip_prefix("scalar_") {
+            Some(rest) => (true, rest),
+            None => (false, name.as_str()),
+        };
+        match name {
+            "intensity" | "reflectance" | "reflectivity" | "remission" => Some(Self::Intensity),
+            "class" | "classification" | "label" => Some(Self::Class),
+            "scalar" | "quality" | "value" => Some(Self::Quantity),
+            _ => given.then_some(Self::Quantity),
+        }
+    }
+}
 
 /// The least grey: black points on black say nothing.
 const DARK: f32 = 0.15;
 
 /// The points of a file, without those that cannot be drawn.
-pub(super) fn cloud(vertices: Vertices, warnings: &mut Warnings) -> MeshData {
-    let Vertices { mut positions, mut normals, mut uvs, mut colors, mut values, measure, .. } = vertices;
+pub(crate) fn cloud(format: &str, points: Points, warnings: &mut Warnings) -> MeshData {
+    let Points { mut positions, mut normals, mut uvs, mut colors, mut values, measure } = points;
     let before = positions.len();
     if !positions.iter().all(|p| drawable(*p)) {
         let keep: Vec<bool> = positions.iter().map(|p| drawable(*p)).collect();
@@ -27,7 +68,7 @@ pub(super) fn cloud(vertices: Vertices, warnings: &mut Warnings) -> MeshData {
         retain(&mut values, &keep);
         retain(&mut positions, &keep);
         let lost = counted(before.abs_diff(positions.len()) as u64, "point");
-        warnings.add(|| format!("PLY: {lost} left out: not finite or beyond 1e15"));
+        warnings.add(|| format!("{format}: {lost} left out: not finite or beyond 1e15"));
     }
     if colors.is_empty() {
         colors = greys(&values, measure);
@@ -40,6 +81,26 @@ pub(super) fn cloud(vertices: Vertices, warnings: &mut Warnings) -> MeshData {
         kind: PrimitiveKind::Points,
         ..MeshData::default()
     }
+}
+
+/// Adds a cloud of opaque points as an object; nothing if there are none.
+pub(crate) fn add(
+    scene: &mut Scene,
+    format: &str,
+    points: Points,
+    object: u32,
+    warnings: &mut Warnings,
+) -> Result<(), LoadError> {
+    let mut data = cloud(format, points, warnings);
+    if data.positions.is_empty() {
+        return Ok(());
+    }
+    if data.normals.iter().flatten().all(|&v| v == 0.0) {
+        data.normals = Vec::new();
+    }
+    let material = if data.colors.is_empty() { default_material() } else { white_material() };
+    let material = scene.add_material(material).map_err(LoadError::scene(format!("{format}: material")))?;
+    add_object(scene, &format!("{format}: points"), data, material, object)
 }
 
 /// Leaves out the items of a list that are not to be kept.

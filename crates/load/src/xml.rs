@@ -1,9 +1,8 @@
-//! A walk through the elements of an XML part.
+//! A walk through the elements of an XML file, or of a part of one in an archive.
 //!
 //! Nothing is expanded and nothing referred to: a document type definition, in which entities could be defined, is
 //! refused. Elements that nobody asks for are skipped with all that is in them.
 
-use super::FORMAT;
 use crate::LoadError;
 use crate::budget::Budget;
 use crate::text::{float, line_of, quoted};
@@ -16,7 +15,7 @@ use std::borrow::Cow;
 const DEEPEST: usize = 256;
 
 /// The text of a part: UTF-8 or, with a byte order mark, UTF-16 (ECMA-376 part 2, 9.1.4). What is neither is replaced.
-pub(super) fn text_of<'a>(
+pub(crate) fn text_of<'a>(
     bytes: &'a [u8],
     part: &str,
     budget: &mut Budget,
@@ -42,26 +41,26 @@ pub(super) fn text_of<'a>(
 }
 
 /// An opening tag.
-pub(super) struct Tag<'a> {
+pub(crate) struct Tag<'a> {
     start: BytesStart<'a>,
 }
 
 impl Tag<'_> {
     /// Its name without the prefix.
     #[inline]
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         self.start.name().local_name().into_inner()
     }
 
     /// The prefix of its name; empty without.
     #[inline]
-    pub(super) fn prefix(&self) -> &str {
+    pub(crate) fn prefix(&self) -> &str {
         self.start.name().prefix().map_or("", |prefix| prefix.into_inner())
     }
 
     /// Calls `f` with the name (as it is written) and the value (as it is written) of each attribute.
     #[inline]
-    pub(super) fn raw_attributes(&self, mut f: impl FnMut(&str, &str)) -> Result<(), String> {
+    pub(crate) fn raw_attributes(&self, mut f: impl FnMut(&str, &str)) -> Result<(), String> {
         // The check for equal names would take a time that grows with the square of their number.
         for attribute in self.start.attributes().with_checks(false) {
             let attribute = attribute.map_err(|error| error.to_string())?;
@@ -71,7 +70,7 @@ impl Tag<'_> {
     }
 
     /// The value of an attribute by its name without prefix, with character references replaced. Of two the first.
-    pub(super) fn attribute(&self, name: &str) -> Option<String> {
+    pub(crate) fn attribute(&self, name: &str) -> Option<String> {
         let mut attributes = self.start.attributes();
         let found = attributes
             .with_checks(false)
@@ -82,19 +81,19 @@ impl Tag<'_> {
     }
 
     /// The value of an attribute as a number of a resource or its place in a group.
-    pub(super) fn number(&self, name: &str) -> Option<u32> {
+    pub(crate) fn number(&self, name: &str) -> Option<u32> {
         index(&self.attribute(name)?)
     }
 
     /// The value of an attribute as a finite number.
-    pub(super) fn float(&self, name: &str) -> Option<f32> {
+    pub(crate) fn float(&self, name: &str) -> Option<f32> {
         float(self.attribute(name)?.trim_ascii().as_bytes()).filter(|v| v.is_finite())
     }
 }
 
 /// A number of a resource, or a place in a list: 0 to 2^31 - 1.
 #[inline]
-pub(super) fn index(text: &str) -> Option<u32> {
+pub(crate) fn index(text: &str) -> Option<u32> {
     let text = text.trim_ascii().as_bytes();
     if text.is_empty() || text.len() > 10 {
         return None;
@@ -111,7 +110,9 @@ pub(super) fn index(text: &str) -> Option<u32> {
 }
 
 /// A part that is read from its beginning to its end.
-pub(super) struct Xml<'a> {
+pub(crate) struct Xml<'a> {
+    /// Name of the format, in messages.
+    format: &'static str,
     part: &'a str,
     text: &'a str,
     reader: Reader<&'a [u8]>,
@@ -122,19 +123,24 @@ pub(super) struct Xml<'a> {
 }
 
 impl<'a> Xml<'a> {
-    pub(super) fn new(part: &'a str, text: &'a str) -> Self {
+    /// A walk through a part; one without a name is the whole of a file.
+    pub(crate) fn new(format: &'static str, part: &'a str, text: &'a str) -> Self {
         let mut reader = Reader::from_str(text);
         // Nothing of the text is used that could contain one.
         reader.config_mut().allow_dangling_amp = true;
-        Self { part, text, reader, depth: 0, empty: false }
+        Self { format, part, text, reader, depth: 0, empty: false }
     }
 
     /// An error at the place that has been reached.
-    pub(super) fn error(&self, message: impl std::fmt::Display) -> LoadError {
+    pub(crate) fn error(&self, message: impl std::fmt::Display) -> LoadError {
         let at = usize::try_from(self.reader.buffer_position()).unwrap_or(usize::MAX);
         let text = self.text.as_bytes();
-        let (part, line) = (quoted(self.part.as_bytes()), line_of(text, text.get(at..).unwrap_or_default()));
-        LoadError::malformed(FORMAT, format!("part {part}, line {line}: {message}"))
+        let line = line_of(text, text.get(at..).unwrap_or_default());
+        let part = match self.part {
+            "" => String::new(),
+            part => format!("part {}, ", quoted(part.as_bytes())),
+        };
+        LoadError::malformed(self.format, format!("{part}line {line}: {message}"))
     }
 
     fn event(&mut self) -> Result<Event<'a>, LoadError> {
@@ -162,7 +168,7 @@ impl<'a> Xml<'a> {
     }
 
     /// Calls `f` with the outermost element. What follows it is not read.
-    pub(super) fn root(
+    pub(crate) fn root(
         &mut self,
         f: impl FnOnce(&mut Self, &Tag<'a>) -> Result<(), LoadError>,
     ) -> Result<(), LoadError> {
@@ -178,7 +184,7 @@ impl<'a> Xml<'a> {
     /// Calls `f` with each element directly within the one whose tag was read last. It may call this in turn; what it
     /// does not look at is skipped.
     #[inline]
-    pub(super) fn children(
+    pub(crate) fn children(
         &mut self,
         mut f: impl FnMut(&mut Self, &Tag<'a>) -> Result<(), LoadError>,
     ) -> Result<(), LoadError> {
@@ -205,7 +211,7 @@ impl<'a> Xml<'a> {
     }
 
     /// The text directly within the element whose tag was read last, up to its first child.
-    pub(super) fn content(&mut self) -> Result<String, LoadError> {
+    pub(crate) fn content(&mut self) -> Result<String, LoadError> {
         let mut content = String::new();
         if self.empty {
             return Ok(content);
@@ -222,7 +228,7 @@ impl<'a> Xml<'a> {
     }
 
     fn ends_early(&self) -> LoadError {
-        self.error("the part ends within an element")
+        self.error("the text ends within an element")
     }
 }
 
@@ -233,7 +239,7 @@ mod tests {
 
     fn names(text: &str) -> Result<Vec<String>, String> {
         let mut found = Vec::new();
-        let mut xml = Xml::new("a.xml", text);
+        let mut xml = Xml::new("3MF", "a.xml", text);
         let walked = xml.root(|xml, root| {
             found.push(root.name().to_owned());
             xml.children(|xml, tag| {
@@ -261,7 +267,7 @@ mod tests {
     fn damage_and_definitions_are_errors_with_a_line() {
         for (text, message) in [
             ("", "line 1: there is no element"),
-            ("<r>\n<a>", "line 2: the part ends within an element"),
+            ("<r>\n<a>", "line 2: the text ends within an element"),
             ("<r>\n<a></b></r>", "line 2"),
             ("<!DOCTYPE r [<!ENTITY a \"aaaa\">]><r/>", "document type definitions are not allowed"),
         ] {

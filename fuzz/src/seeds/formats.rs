@@ -1,0 +1,56 @@
+//! Seeds of the target `formats`: an extension on a line, and a file of that format.
+
+/// Texts.
+const TEXTS: [(&str, &str); 6] = [
+    (
+        "off",
+        "off\nSTCNOFF\n4 2 0 # counts\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0\n1 1 0 0 0 1 0 0 1.0\n0 1 0 0 0 1 0.5 1 1\n4 0 1 2 3\n3 0 1 2 255 0 0\n",
+    ),
+    (
+        "pcd",
+        "pcd\n# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb normal_x normal_y normal_z label\nSIZE 4 4 4 4 4 4 4 2\nTYPE F F F F F F F U\nCOUNT 1 1 1 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n0 0 0 4.2108e+06 0 0 1 3\nnan nan nan 0 0 0 1 4\n",
+    ),
+    ("xyz", "xyz\n//X Y Z R G B Nx Ny Nz\n0 0 0 255 0 0 0 0 1\n1;0;0;255;0;0;0;0;1\n1,5 1 1 9 9 9 0 0 1\n"),
+    (
+        "ptx",
+        "ptx\n2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n5 0 0 1\n0 0 0 0.5\n1 2 3 0.25 255 0 0\n",
+    ),
+    (
+        "dae",
+        "dae\n<?xml version='1.0'?><COLLADA><asset><unit meter='0.1'/><up_axis>Z_UP</up_axis></asset><library_effects><effect id='e'><profile_COMMON><technique><phong><diffuse><color>1 0 0 1</color></diffuse><transparency><float>0.5</float></transparency></phong></technique></profile_COMMON></effect></library_effects><library_materials><material id='m'><instance_effect url='#e'/></material></library_materials><library_geometries><geometry id='g'><mesh><source id='p'><float_array>0 0 0 1 0 0 1 1 0 0 1 0</float_array><technique_common><accessor stride='3'/></technique_common></source><vertices id='v'><input semantic='POSITION' source='#p'/></vertices><polylist material='s'><input semantic='VERTEX' source='#v' offset='0'/><vcount>4</vcount><p>0 1 2 3</p></polylist></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id='s'><node id='n'><rotate>0 0 1 90</rotate><instance_geometry url='#g'><bind_material><technique_common><instance_material symbol='s' target='#m'/></technique_common></bind_material></instance_geometry></node><node><instance_node url='#n'/></node></visual_scene></library_visual_scenes></COLLADA>",
+    ),
+    ("ksplat", "ksplat\n\0\u{1}\0\0\u{1}\0\0\0"),
+];
+
+/// All of them.
+pub fn all() -> Vec<(&'static str, Vec<u8>)> {
+    let mut seeds: Vec<_> = TEXTS.iter().map(|&(name, text)| (name, text.as_bytes().to_vec())).collect();
+    let floats = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>();
+    let splat = [floats(&[0.0, 1.0, 2.0, 0.5, 0.25, 1.0]), vec![255, 0, 9, 200, 255, 128, 128, 128]].concat();
+    seeds.push(("splat", [b"splat\n", &splat[..], &splat].concat()));
+    let mut spz = b"spz\nNGSP\x03\0\0\0\x01\0\0\0\x01\x0c\0\0".to_vec();
+    spz.extend([1; 29]);
+    seeds.push(("spz", spz));
+    let mut las = vec![0; 227 + 26];
+    las[..4].copy_from_slice(b"LASF");
+    las[24..26].copy_from_slice(&[1, 2]);
+    las[94..100].copy_from_slice(&[227, 0, 227, 0, 0, 0]);
+    las[104..111].copy_from_slice(&[2, 26, 0, 1, 0, 0, 0]);
+    for place in [131, 139, 147] {
+        las[place..place + 8].copy_from_slice(&0.01_f64.to_le_bytes());
+    }
+    las[227..].fill(7);
+    let three_ds =
+        b"MM\x4c\0\0\0\x3d\x3d\x46\0\0\0\0\x40\x40\0\0\0a\0\0\x41\x38\0\0\0\x10\x41\x20\0\0\0\x02\0";
+    seeds.push((
+        "3ds",
+        [b"3ds\n", &three_ds[..], &[1; 24], b"\x20\x41\x12\0\0\0\x01\0\0\0\x01\0\0\0\0\0\0\0"].concat(),
+    ));
+    let mut vox =
+        b"vox\nVOX \x96\0\0\0MAIN\0\0\0\0\x38\0\0\0SIZE\x0c\0\0\0\0\0\0\0\x02\0\0\0\x02\0\0\0\x02\0\0\0"
+            .to_vec();
+    vox.extend(b"XYZI\x0c\0\0\0\0\0\0\0\x02\0\0\0\0\0\0\x01\x01\x01\x01\xd8");
+    seeds.push(("vox", vox));
+    seeds.push(("las", [b"las\n", &las[..]].concat()));
+    seeds
+}
