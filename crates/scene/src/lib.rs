@@ -11,6 +11,7 @@ mod environment;
 mod error;
 mod face_colors;
 mod framing;
+mod intrinsics;
 mod lazy;
 mod light;
 mod lobes;
@@ -21,6 +22,7 @@ mod model;
 mod model_options;
 mod paint;
 pub mod parameters;
+mod pose;
 pub mod primitives;
 mod revision;
 mod row_bands;
@@ -31,10 +33,11 @@ mod transform;
 mod transmission;
 
 pub use bounds::Bounds;
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, CameraMatrices, Projection};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
 pub use framing::{Axis, Crowd, Fit, Footing, Framing, Orientation};
+pub use intrinsics::Intrinsics;
 pub use lazy::{ImageSource, LazyImage, settle};
 pub use light::{AreaLightMethod, Light, LightKind};
 pub use lobes::{
@@ -49,6 +52,7 @@ pub use model_options::{
     OcclusionCone, OpenPbrOptions, SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
 };
 pub use paint::{CoatSurface, Flakes};
+pub use pose::{Pose, PoseConvention};
 pub use revision::Revision;
 pub use row_bands::BAND_SHIFT;
 pub use splats::rotation_rows;
