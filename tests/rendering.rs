@@ -10,6 +10,7 @@ mod defaults;
 mod dense_mesh;
 mod far_limit;
 mod fill_rule;
+mod intrinsics;
 mod lamp_shadows;
 mod limits;
 mod renderer;

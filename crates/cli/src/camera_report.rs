@@ -30,7 +30,6 @@ pub(super) struct CameraReport {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct MatricesReport {
     size: [u32; 2],
-    #[serde(rename = "K")]
     k: [[f64; 3]; 3],
     pose: PoseReport,
 }
