@@ -146,7 +146,7 @@ pub struct DrawView {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overcoat_core::math::lanes::{Float, Lanes};
+    use overcoat_core::math::lanes::Float;
     use overcoat_core::math::vec3::Vec3;
     use overcoat_scene::Intrinsics;
 
