@@ -6,7 +6,7 @@
 
 use overcoat::frame::{Aov, DisplayImage, DisplayOptions, Frame};
 use overcoat::output::encode_png;
-use overcoat::scene::{Framing, Projection};
+use overcoat::scene::Framing;
 use overcoat::{RenderOptions, Renderer, Scene};
 use std::error::Error;
 use std::fmt::Write;
@@ -49,19 +49,22 @@ fn write(scene: &Scene, folder: &Path, count: u32) -> Result<String, Box<dyn Err
     // One sample a pixel: a pixel of a mask belongs to one object.
     let options = RenderOptions::draft(SIDE, SIDE).with_samples(1).with_aovs(vec![Aov::Depth, Aov::ObjectId]);
     let mut renderer = Renderer::builder().build()?;
-    let mut cameras =
-        "name,eye x,eye y,eye z,target x,target y,target z,vertical field of view in radians\n".to_owned();
+    // World to camera as OpenCV has it: row by row, +x right, +y down, +z forward. The first pixel's centre is at 0.5, 0.5.
+    let elements = (0..16).map(|k| format!("pose[{}][{}]", k / 4, k % 4)).collect::<Vec<_>>().join(",");
+    let mut cameras = format!("name,fx,fy,cx,cy,{elements}\n");
     for (k, direction) in directions(count).enumerate() {
         let camera = Framing::default().with_direction(direction).camera(scene);
-        let frame = renderer.render(scene, &camera, &options)?.frame;
+        let rendered = renderer.render(scene, &camera, &options)?;
+        let (frame, told) = (rendered.frame, rendered.camera);
         let name = format!("{k:04}");
         let picture = encode_png(&DisplayImage::new(&frame, &DisplayOptions::default()))?;
         std::fs::write(folder.join(format!("{name}.png")), picture)?;
         std::fs::write(folder.join(format!("{name}.depth.pgm")), depth(&frame))?;
         std::fs::write(folder.join(format!("{name}.objects.pgm")), objects(&frame))?;
-        let Projection::Perspective { fov_y } = camera.projection else { continue };
-        let [[ex, ey, ez], [tx, ty, tz]] = [camera.eye, camera.target];
-        writeln!(cameras, "{name},{ex},{ey},{ez},{tx},{ty},{tz},{fov_y}")?;
+        let [[fx, _, cx], [_, fy, cy], _] = told.k;
+        let pose =
+            told.world_to_camera.as_flattened().iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+        writeln!(cameras, "{name},{fx},{fy},{cx},{cy},{pose}")?;
     }
     std::fs::write(folder.join("cameras.csv"), &cameras)?;
     Ok(cameras)
@@ -90,6 +93,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cameras = write(&scene, folder.path(), 3).unwrap();
         assert_eq!(cameras.lines().count(), 4);
+        assert!(cameras.lines().all(|line| line.split(',').count() == 21), "{cameras}");
         for name in ["0000", "0001", "0002"] {
             let read = |kind: &str| std::fs::read(folder.path().join(format!("{name}.{kind}"))).unwrap();
             let (depth, objects) = (read("depth.pgm"), read("objects.pgm"));

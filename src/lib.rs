@@ -214,16 +214,17 @@ pub mod sandbox {
 pub mod scene {
     #[doc(inline)]
     pub use overcoat_scene::{
-        AlphaMode, AlphaUse, Anisotropy, AreaLightMethod, Axis, BabylonOptions, Bounds, Camera, CoatMedium,
-        CoatSurface, ColorParameter, ColorSpace, Crowd, DualNormalFix, Environment, EnvironmentSource,
-        EquirectImage, Filament2018Options, FilamentOptions, Filter, Fit, Flakes, Framing, GltfOptions,
-        Image, Instance, Iridescence, LEAST_SPLAT_OPACITY, Light, LightKind, Lobes, MAX_COORDINATE,
-        MAX_SPLAT_SCALE, MAX_VERTICES, Material, MaterialId, Mesh, MeshData, MeshId, MipFilter, MipLevel,
-        ModelOptions, NormalTexture, OcclusionCone, OpenPbrOptions, Orientation, PrimitiveKind, Projection,
-        ReflectionOcclusion, Sampler, ScalarParameter, Scene, SceneError, SecondLobe, ShadingModel, Sheen,
-        SpecularOcclusionMethod, Splat, SplatCloud, SplatCloudBuilder, SplatCloudId, SplatColorSpace,
-        SplatInstance, SplatOrder, StackLitOptions, Subsurface, Surfels, Texture, TextureId, TextureRef,
-        ThreeOptions, Transform, Transmission, UvTransform, Workflow, Wrap, primitives,
+        AlphaMode, AlphaUse, Anisotropy, AreaLightMethod, Axis, BabylonOptions, Bounds, Camera,
+        CameraMatrices, CoatMedium, CoatSurface, ColorParameter, ColorSpace, Crowd, DualNormalFix,
+        Environment, EnvironmentSource, EquirectImage, Filament2018Options, FilamentOptions, Filter, Fit,
+        Flakes, Framing, GltfOptions, Image, Instance, Intrinsics, Iridescence, LEAST_SPLAT_OPACITY, Light,
+        LightKind, Lobes, MAX_COORDINATE, MAX_SPLAT_SCALE, MAX_VERTICES, Material, MaterialId, Mesh,
+        MeshData, MeshId, MipFilter, MipLevel, ModelOptions, NormalTexture, OcclusionCone, OpenPbrOptions,
+        Orientation, Pose, PoseConvention, PrimitiveKind, Projection, ReflectionOcclusion, Sampler,
+        ScalarParameter, Scene, SceneError, SecondLobe, ShadingModel, Sheen, SpecularOcclusionMethod, Splat,
+        SplatCloud, SplatCloudBuilder, SplatCloudId, SplatColorSpace, SplatInstance, SplatOrder,
+        StackLitOptions, Subsurface, Surfels, Texture, TextureId, TextureRef, ThreeOptions, Transform,
+        Transmission, UvTransform, Workflow, Wrap, primitives,
     };
 }
 

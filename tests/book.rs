@@ -56,6 +56,18 @@ fn check_scene(text: &str) {
     assert_eq!(scene.camera.fov_y_degrees, Some(30.0));
 }
 
+/// A scene file is one whose camera sees the origin at a place that its K and pose give.
+fn check_camera(text: &str) {
+    let description = overcoat::description::Description::from_toml(text).unwrap();
+    let options = overcoat::RenderOptions::draft(640, 480);
+    let camera = description.camera(&overcoat::Scene::new(), &options).unwrap();
+    let told = camera.matrices([0.0; 3], 640, 480).unwrap();
+    // Half of the numbers, which are those of a picture of twice the size.
+    assert_eq!(told.k, [[300.0, 0.0, 150.25], [0.0, 300.0, 125.625], [0.0, 0.0, 1.0]]);
+    // Places are of single precision.
+    assert_eq!(told.world_to_camera.map(|row| row[3] as f32), [0.0, 0.6, 6.0, 1.0]);
+}
+
 fn check_material(text: &str) {
     use overcoat::load::{Context, MaterialFile, MemoryResolver};
     let flakes = std::fs::read(root().join("assets/materials/textures/flakes-normal.png")).unwrap();
@@ -97,6 +109,7 @@ fn listings_are_what_they_seem() {
                 // Commands have tests of their own.
                 "sh" => {}
                 "toml" => check_scene(&text),
+                "toml calibrated.toml" => check_camera(&text),
                 "toml paint.toml" => check_material(&text),
                 "toml thresholds.toml" => check_thresholds(&text),
                 "rust" => {
@@ -108,7 +121,7 @@ fn listings_are_what_they_seem() {
             seen.insert(language);
         }
     }
-    assert_eq!(seen.len(), 5, "{seen:?}");
+    assert_eq!(seen.len(), 6, "{seen:?}");
 }
 
 /// Names of the packages of the workspace.

@@ -248,6 +248,18 @@ fn bad_input_ends_in_one_clear_line() {
         (&["render", "quad.glb", "--threads", "-1"], 2, &["--threads", "expected 0 to 256"]),
         (&["render", "quad.glb", "--time", "-1"], 2, &["--time", "at least 0"]),
         (&["render", "quad.glb", "--camera-up", "0,0,0"], 2, &["--camera-up", "direction"]),
+        (&["render", "quad.glb", "--intrinsics", "9,9,9,9", "--fov", "9"], 2, &["--intrinsics", "--fov"]),
+        (
+            &["render", "quad.glb", "--pose", "1,0", "--pose-convention", "opencv"],
+            2,
+            &["--pose", "16 numbers", "found 2"],
+        ),
+        (
+            &["render", "quad.glb", "--pose", "no.txt", "--pose-convention", "opencv"],
+            2,
+            &["--pose", "no.txt"],
+        ),
+        (&["render", "quad.glb", "--pose", "1,0"], 2, &["--pose"]),
         (&["render", "quad.glb", "--up", "0,0,1"], 2, &["--up", "+z", "--camera-up"]),
         (&["turntable", "quad.glb", "-o", "x.png", "--fps", "-1"], 2, &["--fps", "0.1 to 1000"]),
         (&["sheet", "quad.glb", "-o", "x.png", "--format", "glb"], 2, &["--format is for standard input"]),

@@ -11,6 +11,7 @@ mod dense_mesh;
 mod edges;
 mod far_limit;
 mod fill_rule;
+mod intrinsics;
 mod lamp_shadows;
 mod limits;
 mod renderer;

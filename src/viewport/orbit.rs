@@ -108,6 +108,7 @@ impl Orbit {
             Projection::Perspective { fov_y } => {
                 2.0 * self.distance * overcoat_core::math::tan_half(f64::from(fov_y))
             }
+            Projection::Intrinsics(own) => self.distance * f64::from(own.height) / own.fy,
             Projection::Orthographic { height } => f64::from(height) * self.distance / self.first_distance,
         };
         let [x, y, z] = self.back;

@@ -104,6 +104,41 @@ fn the_camera_that_was_used_makes_the_picture_again() {
     }
 }
 
+/// Matrices of a camera, also of an automatic one, are those that options take.
+#[test]
+fn the_matrices_of_a_camera_make_the_picture_again() {
+    let folder = folder();
+    let folder = folder.path();
+    fs::write(folder.join("cow.obj"), boxes(&COW, |p| p)).unwrap();
+    for args in [&[][..], &["--view", "top", "--far", "90"], &["--intrinsics", "60,50,70.5,-3"]] {
+        let first = render(folder, &[&["cow.obj"], args].concat());
+        let camera = &first["camera"];
+        assert_eq!(camera["size"], json!([48, 40]), "{args:?}");
+        let k = &camera["k"];
+        let four = [&k[0][0], &k[1][1], &k[0][2], &k[1][2]].map(Value::to_string).join(",");
+        for convention in ["opencv", "opengl"] {
+            let pose = &camera["pose"][convention];
+            fs::write(folder.join("pose.json"), pose.to_string()).unwrap();
+            let numbers = pose.as_array().unwrap().iter().map(list).collect::<Vec<_>>().join(" ");
+            for pose in ["pose.json", &numbers] {
+                let near = list(&camera["near"]);
+                let mut again = vec!["cow.obj", "--intrinsics", &four, "--pose", pose, "--near", &near];
+                again.extend(["--pose-convention", convention]);
+                let second = render(folder, &again);
+                assert_eq!(second["frame_hash"], first["frame_hash"], "{args:?} {convention}");
+            }
+        }
+    }
+    // Options win over a scene file, whose camera stands elsewhere and has another projection.
+    let scene = "model = 'cow.obj'\n[camera]\nK = [60, 50, 30.5, 10]\npose = \
+        [1, 0, 0, 0, 0, 1, 0, 4, 0, 0, 1, 20, 0, 0, 0, 1]\nconvention = 'opengl'\n";
+    fs::write(folder.join("scene.toml"), scene).unwrap();
+    let of_file = render(folder, &["--scene", "scene.toml"]);
+    assert_eq!(of_file["camera"]["pose"]["opengl"][2], json!([0.0, 0.0, 1.0, 20.0]));
+    let viewed = render(folder, &["--scene", "scene.toml", "--view", "front", "--fov", "30"]);
+    assert_eq!(viewed["frame_hash"], render(folder, &["cow.obj", "--view", "front"])["frame_hash"]);
+}
+
 #[test]
 fn a_model_is_turned_upright_whichever_axis_is_up() {
     let folder = folder();

@@ -313,6 +313,8 @@ pub unsafe extern "C" fn overcoat_frame(
             let (fov_y, orthographic_height) = match camera.projection {
                 Projection::Orthographic { height } => (0.0, height),
                 Projection::Perspective { fov_y } => (fov_y, 0.0),
+                // Framed by a field of view.
+                Projection::Intrinsics(_) => (0.0, 0.0),
             };
             let Camera { eye, target, up, near, .. } = camera;
             raw::write_structure(

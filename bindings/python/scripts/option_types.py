@@ -23,7 +23,7 @@ NOT_OF_VIEWPORT = (
 ).split()
 #: Options that take more than a scene file can say.
 TYPES_HERE = {
-    "camera": "Union[Camera, str, _overcoat.Orbit]",
+    "camera": "Union[Camera, str, _overcoat.Orbit, CameraMatrices]",
     "env": "Union[Path, _overcoat.Environment, npt.NDArray[Any]]",
     "material": "Union[Path, Mapping[str, Any]]",
     "materials": "Mapping[str, Union[Path, Mapping[str, Any]]]",
@@ -39,11 +39,13 @@ import os
 from typing import TYPE_CHECKING, Any, Literal, Mapping, Sequence, TypedDict, Union
 
 from . import _overcoat
+from ._camera import CameraMatrices
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     Vector = Union[Sequence[float], npt.NDArray[Any]]
+    Matrix = Union[Sequence[Sequence[float]], Sequence[float], npt.NDArray[Any]]
     Path = Union[str, "os.PathLike[str]"]
 '''
 
@@ -91,7 +93,7 @@ def module(schema: Dict[str, Any]) -> str:
     named = {name: of for name, of in options.items() if isinstance(of.get("enum", [0])[0], str)}
     aliases = "".join(f"\n{alias(name)} = {type_of(of)}" for name, of in named.items()) + "\n"
     types = {**{name: alias(name) for name in named}, **TYPES_HERE}
-    camera = {name: of for name, of in options["camera"]["properties"].items() if of.get("type") or of.get("anyOf")}
+    camera = {name: of for name, of in options["camera"]["properties"].items() if {"type", "anyOf", "enum"} & set(of)}
     limits = "    limits: Mapping[str, int]\n"
     limits += '    """Bounds on the work and on what a file may ask for, by the names of `overcoat render --limit`."""\n'
     planes = "    aov: Union[str, Sequence[str]]\n"
@@ -106,7 +108,7 @@ def module(schema: Dict[str, Any]) -> str:
             "TypedDict",
             "The option `camera`: lengths in metres, angles in degrees. Without `eye` the model is framed automatically.",
             camera,
-            {"view": "Union[str, Vector]"},
+            {"view": "Union[str, Vector]", "K": "Matrix", "pose": "Matrix"},
         )
         + table(
             "ViewOptions",

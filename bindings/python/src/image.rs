@@ -5,6 +5,8 @@ use crate::pool::Pool;
 use overcoat::Frame;
 use overcoat::frame::{DisplayImage, DisplayOptions};
 use overcoat::output::{ExrPrecision, OutputFormat, OutputOptions, encode, encode_png, write_atomically};
+use overcoat::render::Rendered;
+use overcoat::scene::CameraMatrices;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 use std::path::{Path, PathBuf};
@@ -18,6 +20,7 @@ use std::sync::{Arc, OnceLock};
 #[derive(Debug)]
 pub(crate) struct Image {
     frame: Frame,
+    camera: CameraMatrices,
     display: DisplayOptions,
     /// No pixel is transparent: the environment is behind the model.
     is_filled: bool,
@@ -32,13 +35,22 @@ pub(crate) struct Image {
 
 impl Image {
     pub(crate) fn new(
-        frame: Frame,
+        Rendered { frame, camera, .. }: Rendered,
         display: DisplayOptions,
         is_filled: bool,
         warnings: Vec<String>,
         pool: Arc<Pool>,
     ) -> Self {
-        Self { frame, display, is_filled, warnings, hash: OnceLock::new(), shown: OnceLock::new(), pool }
+        Self {
+            frame,
+            camera,
+            display,
+            is_filled,
+            warnings,
+            hash: OnceLock::new(),
+            shown: OnceLock::new(),
+            pool,
+        }
     }
 
     /// For screens.
@@ -107,6 +119,23 @@ impl Image {
     #[getter]
     fn height(&self) -> u32 {
         self.frame.height
+    }
+
+    /// Matrices of the camera that it was taken with, in the coordinates of the file.
+    #[getter]
+    fn camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let CameraMatrices { width, height, k, world_to_camera, camera_to_world, near, far, .. } =
+            self.camera;
+        let array = PyModule::import(py, "numpy")?.getattr("array")?;
+        let rows = |rows: Vec<Vec<f64>>| array.call1((rows,));
+        let square = |m: [[f64; 4]; 4]| rows(m.iter().map(|row| row.to_vec()).collect());
+        let kind = if self.camera.perspective { "perspective" } else { "orthographic" };
+        let k = rows(k.iter().map(|row| row.to_vec()).collect())?;
+        let (outward, inward) = (square(world_to_camera)?, square(camera_to_world)?);
+        let class = PyModule::import(py, "overcoat._camera")?.getattr("CameraMatrices")?;
+        // As few digits as single precision has.
+        let decimal = |v: f32| v.to_string().parse::<f64>().unwrap_or(f64::from(v));
+        class.call1((kind, width, height, k, outward, inward, decimal(near), decimal(far)))
     }
 
     /// Stops of the 8-bit picture; what was metered for `exposure="auto"`.

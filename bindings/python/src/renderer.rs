@@ -145,7 +145,7 @@ struct Drawn {
 impl Drawn {
     fn into_image(self, pool: &Arc<Pool>) -> Image {
         let Self { rendered, display, is_filled, warnings } = self;
-        Image::new(rendered.frame, display, is_filled, warnings, Arc::clone(pool))
+        Image::new(rendered, display, is_filled, warnings, Arc::clone(pool))
     }
 }
 

@@ -131,6 +131,26 @@ def test_shadows_are_where_the_light_is_blocked():
     assert darker.sum() > 50 and darker[:40].sum() == 0
 
 
+class Other(pyrender.Camera):
+    """A camera that pyrender does not have, with the matrix of one."""
+
+    def __init__(self, **intrinsics):
+        super().__init__(znear=0.05, zfar=100.0)
+        self.own = pyrender.IntrinsicsCamera(**intrinsics)
+
+    def get_projection_matrix(self, width=None, height=None):
+        return self.own.get_projection_matrix(width, height)
+
+
+class Matrix(pyrender.Camera):
+    def __init__(self, matrix):
+        super().__init__(znear=0.05, zfar=100.0)
+        self.matrix = matrix
+
+    def get_projection_matrix(self, width=None, height=None):
+        return np.array(self.matrix, dtype=float)
+
+
 def test_cameras_project_as_pyrenders_matrices(scene):
     """A small ball far from the middle is where the projection matrix puts it."""
     width, height = 161, 121
@@ -142,6 +162,8 @@ def test_cameras_project_as_pyrenders_matrices(scene):
         pyrender.IntrinsicsCamera(fx=120, fy=120, cx=80.5, cy=60.5),
         pyrender.IntrinsicsCamera(fx=120, fy=120, cx=60.5, cy=75.0),
         pyrender.IntrinsicsCamera(fx=150, fy=110, cx=95.0, cy=50.5),
+        pyrender.IntrinsicsCamera(fx=150, fy=110, cx=71.37, cy=52.81),
+        Other(fx=140, fy=130, cx=101.3, cy=40.2),
     ):
         scene = pyrender.Scene()
         scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(radius=0.06)), pose=trimesh.transformations.translation_matrix(place[:3]))
@@ -154,10 +176,15 @@ def test_cameras_project_as_pyrenders_matrices(scene):
         assert len(rows) > 10
         assert abs(columns.mean() + 0.5 - x) < 0.8 and abs(rows.mean() + 0.5 - y) < 0.8, (type(camera), camera.__dict__)
         assert abs(depth.max() - 3.0) < 0.08
-    scene = pyrender.Scene()
-    look(scene, pyrender.IntrinsicsCamera(fx=100, fy=100, cx=50.3, cy=50.0))
-    with pytest.warns(overcoat.MissingFeatureWarning, match="optical centre"):
-        OffscreenRenderer(100, 100).render(scene)
+    for matrix, message in (
+        (np.eye(4), "pinhole"),
+        ([[1, 0.2, 0, 0], [0, 1, 0, 0], [0, 0, -1, -1], [0, 0, -1, 0]], "skew"),
+        ([[np.nan, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, -1], [0, 0, -1, 0]], "finite"),
+    ):
+        scene = pyrender.Scene()
+        look(scene, Matrix(matrix))
+        with pytest.raises(ValueError, match=message):
+            OffscreenRenderer(100, 100).render(scene)
 
 
 def test_what_lies_beyond_the_far_plane_is_cut_off(scene):

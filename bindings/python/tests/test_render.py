@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import pickle
+import re
 import subprocess
 import sys
 import warnings
@@ -19,6 +20,10 @@ from overcoat._option_types import PictureOptions
 from overcoat._options import OWN, descriptions
 
 
+#: Six metres before the model, half a metre high.
+CLOSE = np.array([[1, 0, 0, 0], [0, 1, 0, 0.5], [0, 0, 1, 6], [0, 0, 0, 1]])
+
+
 @pytest.mark.parametrize(
     "options, arguments",
     [
@@ -27,6 +32,10 @@ from overcoat._options import OWN, descriptions
         ({"shading": "openpbr", "env_rotation_deg": 30}, ["--shading", "openpbr", "--env-rotation", "30"]),
         ({"camera": "front", "background": "#204060"}, ["--view", "front", "--background", "#204060"]),
         ({"camera": {"eye": (3, 2, 4), "target": [0, 0.4, 0]}}, ["--eye", "3,2,4", "--target", "0,0.4,0"]),
+        (
+            {"camera": {"K": [[90, 0, 70.5], [0, 80, 30], [0, 0, 1]], "pose": CLOSE, "convention": "opengl"}},
+            ["--intrinsics", "90,80,70.5,30", "--pose", "1,0,0,0,0,1,0,0.5,0,0,1,6,0,0,0,1", "--pose-convention", "opengl"],
+        ),
         ({"material": "candy-red"}, ["--material", "candy-red"]),
         ({"exposure": "auto", "tone_mapping": "aces"}, ["--exposure", "auto", "--tone-map", "aces"]),
     ],
@@ -38,6 +47,48 @@ def test_the_command_draws_the_same_bits(model, command, tmp_path, options, argu
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["frame_hash"] == image.hash
     assert target.read_bytes() == image.png()
+
+
+def test_a_picture_tells_its_camera_which_draws_it_again(model):
+    path = model("sports-car.glb")
+    for given, kind in (({}, "perspective"), ({"ortho_height": 0}, "orthographic"), ({"K": [90, 70, 10.5, 88], "far": 50}, "perspective")):
+        image = overcoat.render(path, size=(90, 64), samples=1, camera=given, aov=["depth", "position"])
+        told = image.camera
+        assert (told.kind, told.width, told.height) == (kind, 90, 64) and told.near > 0
+        assert told.far == given.get("far", np.inf)
+        flip = np.diag([1.0, -1, -1, 1])
+        assert np.allclose(told.world_to_camera @ told.camera_to_world @ flip, np.eye(4), atol=1e-12)
+        seen = image.aov["depth"] > 0
+        assert seen.sum() > 300
+        apart = np.abs(told.unproject(image.aov["depth"]) - image.aov["position"])[seen]
+        assert apart.max() < 1e-6 * image.aov["depth"].max()
+        again = overcoat.render(path, size=(90, 64), samples=1, camera=told)
+        assert np.abs(again.linear - image.linear).mean() < 1e-4
+        if kind == "perspective":
+            assert again.hash == image.hash
+            # As a part of twice the pixels: the same picture, but larger.
+            assert overcoat.render(path, size=(180, 128), camera=told).camera.K[0, 2] == 2 * told.K[0, 2]
+    with pytest.raises(ValueError, match="expected shape"):
+        image.camera.unproject(np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize(
+    "camera, message",
+    [
+        ({"K": np.zeros((3, 3))}, "K[2][2] is 0, expected 1"),
+        ({"K": [[-1, 0, 2], [0, 5, 2], [0, 0, 1]]}, "fx is -1"),
+        ({"K": [[50, 0, 2], [0, 50, 2]]}, "expected 3 rows of 3 numbers"),
+        ({"K": np.full((3, 3), np.nan)}, "expected a finite number"),
+        ({"pose": np.eye(3), "convention": "opencv"}, "expected 4 rows of 4 numbers"),
+        ({"pose": 2 * np.eye(4) - np.diag([0, 0, 0, 1]), "convention": "opencv"}, "it scales"),
+        ({"pose": np.eye(4)}, "pose needs convention"),
+        ({"pose": np.eye(4), "convention": "opencv", "eye": [0, 0, 1]}, "pose and eye contradict"),
+        ({"K": [50, 50, 2, 2], "fov_y_deg": 20}, "K and fov_y_deg contradict"),
+    ],
+)
+def test_cameras_that_are_none_say_why(model, camera, message):
+    with pytest.raises(overcoat.OptionError, match=re.escape(message)):
+        overcoat.render(model("rounded-cube.glb"), size=32, camera=camera)
 
 
 @pytest.mark.parametrize("name", ["rounded-cube.stl", "torus-knot.obj", "vase.ply", "draped-cloth.glb"])

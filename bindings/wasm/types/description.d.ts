@@ -12,18 +12,34 @@ export interface Description {
   background?: "transparent" | "env" | "black" | "silver" | "gray" | "grey" | "white" | "maroon" | "red" | "purple" | "fuchsia" | "magenta" | "green" | "lime" | "olive" | "yellow" | "navy" | "blue" | "teal" | "aqua" | "cyan" | "orange" | (string & {});
   /** The camera. Without eye the model is framed automatically, seen along view. */
   camera?: {
+    /** Intrinsics in pixels, in place of a field of view: the matrix fx, 0, cx; 0, fy, cy; 0, 0, 1, or the list fx, fy, cx, cy. */
+    K?: [[number, number, number], [number, number, number], [number, number, number]] | [number, number, number, number];
     /** Camera of the model file, by name or by number from 0. */
     camera?: string | number;
+    /** Meaning of the pose: opencv (world to camera, +x right, +y down, +z forward) or opengl (camera to world, +y up, -z forward). */
+    convention?: "opencv" | "opengl";
+    /** Principal point in pixels from the left border: the first pixel's centre is at 0.5. */
+    cx?: number;
+    /** Principal point in pixels from the upper border. */
+    cy?: number;
     /** Position of the camera in metres, in the scene: the upright model, +Y is up. */
     eye?: [number, number, number];
     /** No surface farther from the camera than this many metres is drawn [default: no limit]. */
     far?: number;
     /** Vertical field of view in degrees, 0.1 to 179 [default: 30]. */
     fov_y_deg?: number;
+    /** Focal length in widths of a pixel; with fy, cx and cy in place of K. */
+    fx?: number;
+    /** Focal length in heights of a pixel. */
+    fy?: number;
+    /** Width and height in pixels of the picture that the intrinsics are for; pictures of another size have its shape [default: that of the picture]. */
+    intrinsics_size?: number | [number, number];
     /** Nothing nearer to the camera than this many metres is drawn [default: by the distance]. */
     near?: number;
     /** Parallel projection that shows this many metres from top to bottom; 0 fits the model. */
     ortho_height?: number;
+    /** Position and direction of the camera, a 4 x 4 matrix: opencv, world to camera; opengl, camera to world, by convention. */
+    pose?: [[number, number, number, number], [number, number, number, number], [number, number, number, number], [number, number, number, number]] | [number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number];
     /** Point in the centre of the picture, in metres [default: the middle of the model]. */
     target?: [number, number, number];
     /** Direction that is up in the picture [default: 0,1,0]. */

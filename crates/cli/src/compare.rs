@@ -160,7 +160,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
             exposure: task.display.exposure,
             up_axis: scene.orientation().up.name(),
             up_is_by_shape: scene.orientation().up_is_by_shape,
-            camera: CameraReport::new(&camera, &scene),
+            camera: CameraReport::new(&camera, &scene, &task.options),
             models: reports,
             warnings: warnings.iter().map(ToString::to_string).collect(),
             versions: Versions::default(),

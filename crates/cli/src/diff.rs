@@ -196,7 +196,7 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
             ssim,
             flip: flip_mean,
             exposure: task.display.exposure,
-            camera: CameraReport::new(&camera, &first),
+            camera: CameraReport::new(&camera, &first, &task.options),
             warnings: warnings.iter().map(ToString::to_string).collect(),
             versions: Versions::default(),
         })?;

@@ -371,6 +371,7 @@ fn describe_cameras(scene: &Scene) -> Vec<CameraInfo> {
         .map(|(name, camera)| {
             let (projection, fov_y_degrees, height) = match camera.projection {
                 Projection::Perspective { fov_y } => ("perspective", Some(fov_y.to_degrees()), None),
+                Projection::Intrinsics(_) => ("perspective", None, None),
                 Projection::Orthographic { height } => ("orthographic", None, Some(height)),
             };
             CameraInfo { name: name.clone(), projection, fov_y_degrees, height }

@@ -194,7 +194,7 @@ impl MovieFrames {
             // The exposure metered in the first frame holds for all.
             self.task.display = self.task.display.clone().with_exposure(exposure).with_meter(Meter::Never);
             self.orientation = scene.orientation();
-            self.camera = Some(CameraReport::new(camera, scene));
+            self.camera = Some(CameraReport::new(camera, scene, &self.task.options));
         }
         self.movie.show_as(self.task.display_of(scene));
         self.movie.push(&pixels)?;

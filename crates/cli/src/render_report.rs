@@ -94,7 +94,7 @@ impl RenderReport {
             exposure: (!of.format.is_linear()).then_some(of.exposure),
             up_axis: of.scene.orientation().up.name(),
             up_is_by_shape: of.scene.orientation().up_is_by_shape,
-            camera: CameraReport::new(of.camera, of.scene),
+            camera: CameraReport::new(of.camera, of.scene, options),
             triangles: stats.triangles,
             triangles_rasterized: stats.triangles_rasterized,
             splats: stats.splats,

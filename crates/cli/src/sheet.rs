@@ -137,7 +137,7 @@ fn render_cell(
     if let Some(note) = report::note_of_up(orientation) {
         task.reporter.note(format_args!("{}: {note}", report.file));
     }
-    report.camera = Some(CameraReport::new(&camera, scene));
+    report.camera = Some(CameraReport::new(&camera, scene, &task.options));
     report.triangles = Some(rendered.stats.triangles);
     let what = content(scene, &rendered.stats);
     Ok((DisplayImage::new(&rendered.frame, &display), what))

@@ -6,8 +6,8 @@ use super::Description;
 use super::argument::{Argument, Group};
 use super::camera::CameraDescription;
 use super::kind::{
-    Axes, BackgroundColor, Direction, EnvironmentSource, Exposure, FloorColor, Kind, Material, ModelPart,
-    Names, Number, OneOf, Path, Position, Seconds, Size, Switch, Views, Whole,
+    Axes, BackgroundColor, Direction, EnvironmentSource, Exposure, FloorColor, Kind, Material, MatrixK,
+    ModelPart, Names, Number, OneOf, Path, Pixels, PoseMatrix, Position, Seconds, Size, Switch, Views, Whole,
 };
 use super::light::LightDescription;
 use super::materials::MaterialSource;
@@ -18,7 +18,7 @@ use overcoat_core::color::ToneCurve;
 use overcoat_core::suggest::{nearest_name, same_name, suggestion};
 use overcoat_load::Warning;
 use overcoat_render::{Edges, Quality};
-use overcoat_scene::{AreaLightMethod, ShadingModel};
+use overcoat_scene::{AreaLightMethod, PoseConvention, ShadingModel};
 use serde_json::Value as Json;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -461,6 +461,49 @@ pub(super) static CAMERA: &[Key<CameraDescription>] = &[
             .conflicts(&["camera"])
             .without_value("0"),
     )
+    .in_requests(),
+    camera!("K", c.k, MatrixK,
+        "Intrinsics in pixels, in place of a field of view: the matrix fx, 0, cx; 0, fy, cy; 0, 0, 1, or the list fx, fy, cx, cy"
+    )
+    .argument(
+        Argument::new(Group::Camera, "intrinsics", "FX,FY,CX,CY")
+            .hyphen()
+            .help("Intrinsics, in place of a field of view: focal lengths and principal point in pixels")
+            .conflicts(&["camera", "fov", "ortho"])
+            .more(|| {
+                "The centre of the first pixel is at 0.5, 0.5; the principal point may lie outside of the picture, up to eight of its \
+                 widths and heights from its middle. Calibrations that have the centre of the first pixel at 0, 0, as those of \
+                 OpenCV do, want 0.5 more for CX and CY."
+                    .to_owned()
+            }),
+    )
+    .in_requests(),
+    camera!("fx", c.fx, Pixels, "Focal length in widths of a pixel; with fy, cx and cy in place of K").in_requests(),
+    camera!("fy", c.fy, Pixels, "Focal length in heights of a pixel").in_requests(),
+    camera!("cx", c.cx, Pixels, "Principal point in pixels from the left border: the first pixel's centre is at 0.5")
+        .in_requests(),
+    camera!("cy", c.cy, Pixels, "Principal point in pixels from the upper border").in_requests(),
+    camera!("intrinsics_size", c.intrinsics_size, Size,
+        "Width and height in pixels of the picture that the intrinsics are for; pictures of another size have its shape"
+    )
+    .default("that of the picture")
+    .argument(Argument::new(Group::Camera, "intrinsics-size", "WxH").hyphen().requires("intrinsics"))
+    .in_requests(),
+    camera!("pose", c.pose, PoseMatrix,
+        "Position and direction of the camera, a 4 x 4 matrix: opencv, world to camera; opengl, camera to world, by convention"
+    )
+    .argument(
+        Argument::new(Group::Camera, "pose", "16 NUMBERS|FILE")
+            .hyphen()
+            .help("Position and direction of the camera: a 4 x 4 matrix row by row, or a file that has it")
+            .conflicts(&["view", "camera", "eye", "target", "camera-up"])
+            .requires("pose-convention"),
+    )
+    .in_requests(),
+    camera!("convention", c.convention, Names::<PoseConvention>::OF,
+        "Meaning of the pose: opencv (world to camera, +x right, +y down, +z forward) or opengl (camera to world, +y up, -z forward)"
+    )
+    .argument(Argument::new(Group::Camera, "pose-convention", "NAME").requires("pose"))
     .in_requests(),
 ];
 

@@ -47,10 +47,15 @@ impl DescriptionOption {
         matches!(self.0, Table::Camera(_))
     }
 
-    /// Its name in requests to a service, if they may set it: its key; `camera_up` for that of the camera.
+    /// Its name in requests to a service, if they may set it: its key; `camera_up` and `pose_convention` for those of the
+    /// camera.
     #[must_use]
     pub fn request_name(self) -> Option<&'static str> {
-        let name = if self.is_of_camera() && self.key() == "up" { "camera_up" } else { self.key() };
+        let name = match (self.is_of_camera(), self.key()) {
+            (true, "up") => "camera_up",
+            (true, "convention") => "pose_convention",
+            (_, key) => key,
+        };
         of!(self, key => key.in_requests).then_some(name)
     }
 

@@ -87,6 +87,8 @@ impl Description {
         Limits::check(what, asked, u64::from(limits.output_side), "output_side").and_then(|()| {
             Limits::check(what, width.saturating_mul(height), limits.output_pixels, "output_pixels")
         })?;
+        // Within the limits, both fit.
+        self.camera.check([width, height].map(|side| u32::try_from(side).unwrap_or(u32::MAX)))?;
         let (exposure, meter) = match self.exposure {
             Some(ExposureChoice::Stops(stops)) => (stops, Meter::Never),
             Some(ExposureChoice::Auto) => (0.0, Meter::Always),

@@ -40,7 +40,7 @@ use builder::Fixed;
 use overcoat_core::frame::{DisplayImage, DisplayOptions, Frame, Meter, PixelFormat, Target};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::math::arithmetic_is_default;
-use overcoat_scene::{Camera, Scene, ShadingModel};
+use overcoat_scene::{Camera, CameraMatrices, Scene, ShadingModel};
 use overcoat_stages::light::PrefilteredEnvironment;
 use picture::{Drawn, Memory, Request};
 use std::sync::Arc;
@@ -131,7 +131,7 @@ impl Renderer {
         options: &RenderOptions,
     ) -> Result<Rendered, RenderError> {
         let Drawn { frame, stats, .. } = self.draw(scene, camera, options, None)?;
-        Ok(Rendered { frame, stats })
+        Ok(Rendered { camera: matrices(scene, camera, options)?, frame, stats })
     }
 
     /// Draws one picture for a screen: the pixels that [`DisplayImage::new`] makes of [`Renderer::render`]'s frame, every
@@ -155,7 +155,8 @@ impl Renderer {
             self.memory.passes.planes.linear = frame.pixels;
             self.memory.passes.planes.transmittance = frame.transmittance;
         }
-        Ok(RenderedImage { image, aovs, tinted, clipping, exposure, stats })
+        let camera = matrices(scene, camera, options)?;
+        Ok(RenderedImage { image, aovs, camera, tinted, clipping, exposure, stats })
     }
 
     /// Draws one picture for a screen into memory of the caller, or the part of it that the [`Target`] holds: the pixels of
@@ -188,15 +189,17 @@ impl Renderer {
             target.copy_from(region, &drawn.frame, &drawn.image);
             self.recycle(drawn.frame);
             self.recycle_image(drawn.image);
-            return Ok(RenderedInto { tinted: drawn.tinted, exposure: drawn.exposure, stats: drawn.stats });
+            let (tinted, exposure, stats) = (drawn.tinted, drawn.exposure, drawn.stats);
+            return Ok(RenderedInto { camera: matrices(scene, camera, options)?, tinted, exposure, stats });
         }
         let drawn = self.with_request(scene, camera, options, Some(&display), |memory, request| {
             memory.draw_into(request, Some((target, region)))
         })?;
-        if !drawn.frame.pixels.is_empty() {
-            self.recycle(drawn.frame);
+        let Drawn { frame, tinted, exposure, stats, .. } = drawn;
+        if !frame.pixels.is_empty() {
+            self.recycle(frame);
         }
-        Ok(RenderedInto { tinted: drawn.tinted, exposure: drawn.exposure, stats: drawn.stats })
+        Ok(RenderedInto { camera: matrices(scene, camera, options)?, tinted, exposure, stats })
     }
 
     /// Finds what a pixel shows, counted from the upper left corner: the nearest triangle, line or point whose opacity
@@ -256,6 +259,11 @@ impl Renderer {
         let request = Request { jobs, scene, camera, options: &options, display, cancellation };
         jobs.on_worker(|| carry_out(memory, &request))
     }
+}
+
+/// Matrices of the camera of a picture.
+fn matrices(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Result<CameraMatrices, RenderError> {
+    Ok(camera.matrices(scene.origin(), options.width, options.height)?)
 }
 
 /// `Ok` if this build has the formulas of every model that the picture is drawn by.

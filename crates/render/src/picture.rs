@@ -20,7 +20,7 @@ use overcoat_stages::gbuffer::Draw;
 use overcoat_stages::geometry::View;
 use overcoat_stages::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment};
 use overcoat_stages::raster::SamplePattern;
-use overcoat_stages::shade::{ShadeContext, ViewRays};
+use overcoat_stages::shade::ShadeContext;
 use overcoat_stages::tile::TileGrid;
 use overcoat_tiles::budget::FrameBudget;
 use overcoat_tiles::cancel::Cancellation;
@@ -278,7 +278,7 @@ pub(super) fn shade_context<'a>(
         draws,
         materials: scene.materials(),
         textures,
-        rays: view_rays(view),
+        rays: view.rays(),
         environment,
         lights: &lights.punctual,
         area_lights: &lights.areas,
@@ -290,18 +290,5 @@ pub(super) fn shade_context<'a>(
         lobe_rays: options.visibility.rays,
         emitter_rays,
         specular_antialiasing: options.specular_antialiasing,
-    }
-}
-
-/// The view's rays, rounded once.
-fn view_rays(view: &View) -> ViewRays {
-    let [right, up, back] = view.axes;
-    let per_pixel = |axis: [f64; 3], sign: f64| axis.map(|v| (v * sign / view.scale) as f32);
-    ViewRays {
-        eye: view.eye.map(|v| v as f32),
-        right: per_pixel(right, 1.0),
-        down: per_pixel(up, -1.0),
-        forward: back.map(|v| -v as f32),
-        perspective: view.perspective,
     }
 }

@@ -3,6 +3,7 @@
 use crate::StageHashes;
 use overcoat_core::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
 use overcoat_core::limits::LimitExceeded;
+use overcoat_scene::CameraMatrices;
 use overcoat_tiles::quality::Visibility;
 use std::fmt;
 use std::time::Duration;
@@ -13,6 +14,8 @@ use std::time::Duration;
 pub struct Rendered {
     /// The picture.
     pub frame: Frame,
+    /// Matrices of the camera, in the coordinates of the file: [`Scene::origin`](overcoat_scene::Scene::origin) is added.
+    pub camera: CameraMatrices,
     /// Counts and times.
     pub stats: RenderStats,
 }
@@ -25,6 +28,8 @@ pub struct RenderedImage {
     pub image: DisplayImage,
     /// The G-buffer planes that were asked for.
     pub aovs: Vec<AovPlane>,
+    /// As [`Rendered::camera`].
+    pub camera: CameraMatrices,
     /// Light from behind the picture is coloured on its way, as [`Frame::is_tinted`] says of a frame; a picture without a
     /// background does not show it.
     pub tinted: bool,
@@ -48,6 +53,8 @@ impl RenderedImage {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct RenderedInto {
+    /// As [`Rendered::camera`], of the whole picture.
+    pub camera: CameraMatrices,
     /// As [`RenderedImage::tinted`], of the part that was drawn.
     pub tinted: bool,
     /// As [`RenderedImage::exposure`].

@@ -121,10 +121,7 @@ fn place(view: &View, bounds: &Bounds, instance: &Instance) -> Place {
     let corners: [[f64; 3]; 8] = std::array::from_fn(|corner| {
         let p: [f64; 3] =
             std::array::from_fn(|k| if corner >> k & 1 == 1 { bounds.max[k] } else { bounds.min[k] });
-        let world = instance.transform.point(p);
-        let d: [f64; 3] = std::array::from_fn(|k| world[k] - view.eye[k]);
-        let [right, up, back] = view.axes.map(|axis| d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2]);
-        [right * view.scale, up * view.scale, -back]
+        view.project(instance.transform.point(p))
     });
     let near = f64::from(view.near);
     if corners.iter().all(|c| c[2] < near) {

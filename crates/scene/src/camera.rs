@@ -1,7 +1,7 @@
 //! Cameras: viewpoint, projection and clipping distances.
 
 use super::error::{finite, unit, within};
-use super::{MAX_COORDINATE, SceneError, Transform};
+use super::{Intrinsics, MAX_COORDINATE, PoseConvention, SceneError, Transform};
 use glam::DVec3;
 
 /// Projection of the view onto the picture.
@@ -17,6 +17,32 @@ pub enum Projection {
         /// Height of the view in metres, above 0.
         height: f32,
     },
+    /// Perspective projection of a calibrated pinhole camera: focal lengths and principal point in pixels. Pictures have the
+    /// shape of the one that these are for.
+    Intrinsics(Intrinsics),
+}
+
+/// Matrices of a camera and of the picture that it takes, for programs that compute with them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CameraMatrices {
+    /// True of a pinhole; false of a parallel projection.
+    pub perspective: bool,
+    /// Width of the picture in pixels.
+    pub width: u32,
+    /// Height of the picture in pixels.
+    pub height: u32,
+    /// Matrix K, row by row, of [`Intrinsics`]: pixels for a point of the camera (X right, Y down) at a distance Z of 1. Of a
+    /// parallel projection, for a point at any distance: `u = K[0][0] X + K[0][2]`.
+    pub k: [[f64; 3]; 3],
+    /// World to camera: [`PoseConvention::OpenCv`].
+    pub world_to_camera: [[f64; 4]; 4],
+    /// Camera to world: [`PoseConvention::OpenGl`].
+    pub camera_to_world: [[f64; 4]; 4],
+    /// Distance of the near plane in metres.
+    pub near: f32,
+    /// Distance of the far limit in metres; infinity without one.
+    pub far: f32,
 }
 
 /// A camera in world space: +Y up, metres.
@@ -39,10 +65,13 @@ pub enum Projection {
 pub struct Camera {
     /// Position of the viewer in world space, metres.
     pub eye: [f32; 3],
-    /// Point in the centre of the picture, in world space, metres.
+    /// Point in the centre of the picture, in world space, metres; with [`Projection::Intrinsics`] at the principal point.
     pub target: [f32; 3],
     /// Up vector, of any length above 1e-30; need not be perpendicular to the view.
     pub up: [f32; 3],
+    /// Right, up and back of the view, of unit length and perpendicular within 1e-6, in place of the directions that follow from
+    /// eye, target and up: cameras by a [`Pose`](super::Pose) keep its double precision.
+    pub orientation: Option<[[f64; 3]; 3]>,
     /// Perspective or orthographic.
     pub projection: Projection,
     /// Near plane: distance in metres along the view direction before which nothing is drawn, at least 1e-18.
@@ -60,7 +89,7 @@ impl Camera {
     /// A camera of these numbers, which are those of its fields, without a far limit. They are checked when it is used: see [`Camera::validate`].
     #[must_use]
     pub fn new(eye: [f32; 3], target: [f32; 3], up: [f32; 3], projection: Projection, near: f32) -> Self {
-        Self { eye, target, up, projection, near, far: f32::INFINITY }
+        Self { eye, target, up, orientation: None, projection, near, far: f32::INFINITY }
     }
 
     /// A camera at `eye` with `target` in the centre of its picture, both in metres. `up` may have any length but zero and
@@ -87,12 +116,13 @@ impl Camera {
         let length = |l: f32| (f64::from(l) * scale) as f32;
         let projection = match self.projection {
             Projection::Orthographic { height } => Projection::Orthographic { height: length(height) },
-            perspective @ Projection::Perspective { .. } => perspective,
+            perspective @ (Projection::Perspective { .. } | Projection::Intrinsics(_)) => perspective,
         };
         Self {
             eye: point(self.eye),
             target: point(self.target),
             up: unit("camera up", by.direction(self.up.map(f64::from)).map(|c| c as f32))?,
+            orientation: None,
             projection,
             near: length(self.near),
             far: length(self.far),
@@ -123,6 +153,14 @@ impl Camera {
         Self { projection: Projection::Orthographic { height }, ..self }.checked()
     }
 
+    /// The same camera with intrinsics.
+    ///
+    /// # Errors
+    /// As [`Camera::validate`].
+    pub fn intrinsics(self, intrinsics: Intrinsics) -> Result<Self, SceneError> {
+        Self { projection: Projection::Intrinsics(intrinsics), ..self }.checked()
+    }
+
     /// The same camera that draws nothing nearer than a distance in metres along the view, [`Camera::MIN_NEAR`] to 1e18.
     ///
     /// # Errors
@@ -149,6 +187,9 @@ impl Camera {
     /// # Errors
     /// [`SceneError::DegenerateCamera`] if eye and target coincide or up points along the view.
     pub fn axes(&self) -> Result<[[f64; 3]; 3], SceneError> {
+        if let Some(axes) = self.orientation {
+            return if is_rotation(axes) { Ok(axes) } else { Err(SceneError::DegenerateCamera) };
+        }
         let v = |a: [f32; 3]| DVec3::from(a.map(f64::from));
         let unit = |a: DVec3| {
             let length = (a.x * a.x + a.y * a.y + a.z * a.z).sqrt();
@@ -161,6 +202,42 @@ impl Camera {
         }
         let right = unit(side)?;
         Ok([right.to_array(), back.cross(right).to_array(), back.to_array()])
+    }
+
+    /// The matrix K of a picture of that size, as [`CameraMatrices::k`] has it: of every projection.
+    ///
+    /// # Errors
+    /// [`SceneError::IntrinsicsSize`] if intrinsics are those of a picture of another shape.
+    pub fn matrix_k(&self, width: u32, height: u32) -> Result<[[f64; 3]; 3], SceneError> {
+        let [half_width, half_height] = [width, height].map(|side| f64::from(side) * 0.5);
+        let scale = match self.projection {
+            Projection::Perspective { fov_y } => {
+                half_height / overcoat_core::math::tan_half(f64::from(fov_y))
+            }
+            Projection::Orthographic { height } => half_height / (f64::from(height) * 0.5),
+            Projection::Intrinsics(intrinsics) => return Ok(intrinsics.resized([width, height])?.matrix()),
+        };
+        Ok([[scale, 0.0, half_width], [0.0, scale, half_height], [0.0, 0.0, 1.0]])
+    }
+
+    /// Matrices of a picture of that size, in a scene whose origin lies at `origin` of the file's coordinates
+    /// ([`Scene::origin`](super::Scene::origin)).
+    ///
+    /// # Errors
+    /// [`SceneError`] if the camera spans no view, or its intrinsics are those of a picture of another shape.
+    pub fn matrices(&self, origin: [f64; 3], width: u32, height: u32) -> Result<CameraMatrices, SceneError> {
+        let mut pose = self.pose()?;
+        pose.position.iter_mut().zip(origin).for_each(|(v, by)| *v += by);
+        Ok(CameraMatrices {
+            perspective: !matches!(self.projection, Projection::Orthographic { .. }),
+            width,
+            height,
+            k: self.matrix_k(width, height)?,
+            world_to_camera: pose.matrix(PoseConvention::OpenCv),
+            camera_to_world: pose.matrix(PoseConvention::OpenGl),
+            near: self.near,
+            far: self.far,
+        })
     }
 
     /// Checks that the camera spans a view and its numbers are in range.
@@ -186,9 +263,26 @@ impl Camera {
             Projection::Orthographic { height } => {
                 within("camera view height", &[height], 1e-15, far)?;
             }
+            Projection::Intrinsics(intrinsics) => intrinsics.validate()?,
         }
         self.axes().map(|_| ())
     }
+}
+
+/// True of three axes of unit length, perpendicular and right-handed.
+fn is_rotation(axes: [[f64; 3]; 3]) -> bool {
+    let [x, y, z] = axes.map(DVec3::from);
+    let off = |found: f64, expected: f64| (found - expected).abs();
+    // Written so that a NaN is none.
+    [
+        off(x.dot(x), 1.0),
+        off(y.dot(y), 1.0),
+        off(z.dot(z), 1.0),
+        off(x.dot(y), 0.0),
+        off(z.dot(x.cross(y)), 1.0),
+    ]
+    .iter()
+    .all(|off| *off < 1e-6)
 }
 
 #[cfg(test)]

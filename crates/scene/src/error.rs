@@ -81,6 +81,33 @@ pub enum SceneError {
     /// Camera directions that do not span a view.
     #[error("the camera's view direction and up vector do not span a view")]
     DegenerateCamera,
+    /// Intrinsics that no camera has.
+    #[error("camera intrinsics: {name} is {value}, expected {expected}")]
+    Intrinsics {
+        /// The number: `fx`, `cy`, an element of K.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its range.
+        expected: String,
+    },
+    /// Intrinsics of a picture of another shape.
+    #[error(
+        "camera intrinsics are those of a picture of {} x {} pixels, and one of {} x {} has another shape",
+        .of[0], .of[1], .picture[0], .picture[1]
+    )]
+    IntrinsicsSize {
+        /// Width and height that the intrinsics are for.
+        of: [u32; 2],
+        /// Width and height of the picture.
+        picture: [u32; 2],
+    },
+    /// A matrix that is not the pose of a camera.
+    #[error("camera pose: {reason}")]
+    Pose {
+        /// The element or the deformation, with what was expected.
+        reason: String,
+    },
 }
 
 /// `Ok` if every number is finite.

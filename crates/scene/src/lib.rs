@@ -12,6 +12,7 @@ mod environment;
 mod error;
 mod face_colors;
 mod framing;
+mod intrinsics;
 mod lazy;
 mod light;
 mod lobes;
@@ -22,6 +23,7 @@ mod model;
 mod model_options;
 mod paint;
 pub mod parameters;
+mod pose;
 pub mod primitives;
 mod revision;
 mod row_bands;
@@ -32,11 +34,12 @@ mod transform;
 mod transmission;
 
 pub use bounds::Bounds;
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, CameraMatrices, Projection};
 pub use edges::{CREASE_ANGLE, EdgeGroup, EdgeLines, FeatureEdges, edge_bytes, find_edges};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
 pub use framing::{Axis, Crowd, Fit, Footing, Framing, Orientation};
+pub use intrinsics::Intrinsics;
 pub use lazy::{ImageSource, LazyImage, settle};
 pub use light::{AreaLightMethod, Light, LightKind};
 pub use lobes::{
@@ -51,6 +54,7 @@ pub use model_options::{
     OcclusionCone, OpenPbrOptions, SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
 };
 pub use paint::{CoatSurface, Flakes};
+pub use pose::{Pose, PoseConvention};
 pub use revision::Revision;
 pub use row_bands::BAND_SHIFT;
 pub use splats::rotation_rows;

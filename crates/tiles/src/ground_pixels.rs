@@ -210,9 +210,11 @@ fn rays_about(view: &View, footing: &Footing) -> ViewRays {
     let scaled = |axis: [f64; 3], scale: f64| axis.map(|v| (v * scale / reach) as f32);
     ViewRays {
         eye: std::array::from_fn(|k| ((view.eye[k] - footing.center[k]) / reach) as f32),
-        right: scaled(right, 1.0 / view.scale),
-        down: scaled(up, -1.0 / view.scale),
+        right: scaled(right, 1.0 / view.scale[0]),
+        down: scaled(up, -1.0 / view.scale[1]),
+        centre: scaled(view.through_centre(), 1.0),
         forward: scaled(back, -1.0),
+        principal: view.principal.map(|v| v as f32),
         perspective: view.perspective,
     }
 }

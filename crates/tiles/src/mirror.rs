@@ -56,13 +56,23 @@ pub fn camera_of_mirror(scene: &Scene, camera: &Camera, options: &RenderOptions)
     }
     let footing = footing_of(scene, options)?;
     let is_below = f64::from(camera.eye[1]) <= footing.center[1];
-    if is_below && matches!(camera.projection, Projection::Perspective { .. }) {
+    if is_below && !matches!(camera.projection, Projection::Orthographic { .. }) {
         return None;
     }
     let below = |[x, y, z]: [f32; 3]| [x, (2.0 * footing.center[1] - f64::from(y)) as f32, z];
     // Mirrored, the picture's right hand would be the left one: with its up turned around it is upside down in place of that.
     let [x, y, z] = camera.up;
-    Some(Camera::new(below(camera.eye), below(camera.target), [-x, y, -z], camera.projection, camera.near))
+    let projection = match camera.projection {
+        Projection::Intrinsics(intrinsics) => Projection::Intrinsics(intrinsics.flipped()),
+        symmetric => symmetric,
+    };
+    let mut mirrored =
+        Camera::new(below(camera.eye), below(camera.target), [-x, y, -z], projection, camera.near);
+    mirrored.orientation = camera.orientation.map(|[right, up, back]| {
+        let below = |[x, y, z]: [f64; 3]| [x, -y, z];
+        [below(right), below(up).map(|v| -v), below(back)]
+    });
+    Some(mirrored)
 }
 
 impl MirrorMemory {

@@ -104,7 +104,7 @@ fn cells_of(view: &View, position: [f32; 3], range: f64) -> Option<Cells> {
     if !(x.is_finite() && y.is_finite() && far.is_finite()) {
         return None;
     }
-    let scales = if view.perspective {
+    let distances = if view.perspective {
         if far <= 0.0 {
             return Some([0; 4]);
         }
@@ -112,20 +112,22 @@ fn cells_of(view: &View, position: [f32; 3], range: f64) -> Option<Cells> {
         if near <= far * 1e-6 {
             return None;
         }
-        [view.scale / near, view.scale / far]
+        [near, far]
     } else {
-        [view.scale; 2]
+        [1.0; 2]
     };
     // The box around the sphere holds it.
-    let span = |center: f64, side: u32| {
+    let span = |center: f64, side: u32, axis: usize| {
+        let scales = distances.map(|distance| view.scale[axis] / distance);
         let (low, high) = (center - radius, center + radius);
-        let first = (low * scales[0]).min(low * scales[1]) + f64::from(side) * 0.5 - 1.0;
-        let end = (high * scales[0]).max(high * scales[1]) + f64::from(side) * 0.5 + 1.0;
+        let principal = f64::from(side) * 0.5 + view.principal[axis];
+        let first = (low * scales[0]).min(low * scales[1]) + principal - 1.0;
+        let end = (high * scales[0]).max(high * scales[1]) + principal + 1.0;
         let cells = f64::from(side.div_ceil(CELL));
         let cell = f64::from(CELL);
         [(first / cell).floor().clamp(0.0, cells) as u32, (end / cell).ceil().clamp(0.0, cells) as u32]
     };
-    let ([left, end_column], [top, end_row]) = (span(x, view.width), span(y, view.height));
+    let ([left, end_column], [top, end_row]) = (span(x, view.width, 0), span(y, view.height, 1));
     Some([left, top, end_column, end_row])
 }
 

@@ -56,7 +56,9 @@ pub struct SplatScene<'a> {
     /// The camera has a perspective.
     pub perspective: bool,
     /// Pixels at a distance of 1.
-    pub focal: f32,
+    pub focal: [f32; 2],
+    /// Principal point, to the right of and below the middle, in pixels.
+    principal: [f32; 2],
 }
 
 impl SplatMemory {
@@ -108,7 +110,8 @@ impl SplatMemory {
             is_linear: Splats::IS_BUILT && is_linear(scene),
             by_distance: Splats::IS_BUILT && by_distance(scene, view),
             perspective: view.perspective,
-            focal: view.scale as f32,
+            focal: view.scale.map(|v| v as f32),
+            principal: view.principal.map(|v| v as f32),
         }
     }
 
@@ -222,7 +225,8 @@ impl<'a> SplatScene<'a> {
     #[inline(always)]
     fn ray(&self, [x, y]: [f32; 2]) -> f32 {
         if self.by_distance {
-            let (x, y) = (x / self.focal, y / self.focal);
+            let ([fx, fy], [cx, cy]) = (self.focal, self.principal);
+            let (x, y) = ((x - cx) / fx, (y - cy) / fy);
             (x * x + y * y + 1.0).sqrt()
         } else {
             1.0

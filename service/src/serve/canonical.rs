@@ -79,6 +79,8 @@ mod tests {
             "format=jpg&jpeg_quality=70",
             "eye=1,2,3&target=0,0.5,0&camera_up=0,0,1&up=z",
             "aov=depth,normal&format=exr",
+            "K=60.5,60,32,24&intrinsics_size=64x64&pose=1,0,0,0,0,-1,0,0,0,0,-1,6,0,0,0,1&pose_convention=opencv",
+            "fx=60&fy=60&cx=-3.25&cy=1e2",
             "background=102030&exposure=auto&lights=false&samples=4&quality=good",
             "light=%5B%7B%22type%22%3A%22point%22%2C%22position%22%3A%5B1%2C2%2C3%5D%2C%22intensity%22%3A1%7D%5D",
         ] {

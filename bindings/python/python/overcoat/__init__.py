@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from . import golden
 from ._arrays import Mesh
+from ._camera import CameraMatrices
 from ._errors import (
     Cancelled,
     Error,
@@ -38,6 +39,7 @@ from ._viewport import Drawn, Hit, Viewport
 
 __all__ = [
     "Camera",
+    "CameraMatrices",
     "Cancelled",
     "Drawn",
     "Environment",

@@ -6,11 +6,13 @@ import os
 from typing import TYPE_CHECKING, Any, Literal, Mapping, Sequence, TypedDict, Union
 
 from . import _overcoat
+from ._camera import CameraMatrices
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     Vector = Union[Sequence[float], npt.NDArray[Any]]
+    Matrix = Union[Sequence[Sequence[float]], Sequence[float], npt.NDArray[Any]]
     Path = Union[str, "os.PathLike[str]"]
 
 AreaLights = Literal["ltc", "facets"]
@@ -23,18 +25,34 @@ Up = Literal["+x", "-x", "+y", "-y", "+z", "-z", "x", "y", "z"]
 class Camera(TypedDict, total=False):
     """The option `camera`: lengths in metres, angles in degrees. Without `eye` the model is framed automatically."""
 
+    K: Matrix
+    """Intrinsics in pixels, in place of a field of view: the matrix fx, 0, cx; 0, fy, cy; 0, 0, 1, or the list fx, fy, cx, cy."""
     camera: Union[str, int]
     """Camera of the model file, by name or by number from 0."""
+    convention: Literal["opencv", "opengl"]
+    """Meaning of the pose: opencv (world to camera, +x right, +y down, +z forward) or opengl (camera to world, +y up, -z forward)."""
+    cx: float
+    """Principal point in pixels from the left border: the first pixel's centre is at 0.5."""
+    cy: float
+    """Principal point in pixels from the upper border."""
     eye: Vector
     """Position of the camera in metres, in the scene: the upright model, +Y is up."""
     far: float
     """No surface farther from the camera than this many metres is drawn [default: no limit]."""
     fov_y_deg: float
     """Vertical field of view in degrees, 0.1 to 179 [default: 30]."""
+    fx: float
+    """Focal length in widths of a pixel; with fy, cx and cy in place of K."""
+    fy: float
+    """Focal length in heights of a pixel."""
+    intrinsics_size: Union[int, Sequence[int]]
+    """Width and height in pixels of the picture that the intrinsics are for; pictures of another size have its shape [default: that of the picture]."""
     near: float
     """Nothing nearer to the camera than this many metres is drawn [default: by the distance]."""
     ortho_height: float
     """Parallel projection that shows this many metres from top to bottom; 0 fits the model."""
+    pose: Matrix
+    """Position and direction of the camera, a 4 x 4 matrix: opencv, world to camera; opengl, camera to world, by convention."""
     target: Vector
     """Point in the centre of the picture, in metres [default: the middle of the model]."""
     up: Vector
@@ -91,7 +109,7 @@ class PictureOptions(ViewOptions, total=False):
 
     animation: Union[str, int]
     """Animation of the model file (glTF), by name or by number from 0 [default: none, the pose of the file]."""
-    camera: Union[Camera, str, _overcoat.Orbit]
+    camera: Union[Camera, str, _overcoat.Orbit, CameraMatrices]
     """The camera. Without eye the model is framed automatically, seen along view."""
     env: Union[Path, _overcoat.Environment, npt.NDArray[Any]]
     """Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, studio for the built-in one, or none [default: studio]."""

@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple
 
 from . import _overcoat
+from ._camera import CameraMatrices
 from ._errors import OptionError, UnknownOptionError
 
 if TYPE_CHECKING:
@@ -168,7 +169,9 @@ def camera(value: Any) -> Tuple[Optional[_overcoat.Orbit], str]:
 
 
 def _camera(value: Any) -> Any:
-    """A view is a name, or three numbers."""
+    """A view is a name, or three numbers; a picture's camera is one again."""
+    if isinstance(value, CameraMatrices):
+        return value.options()
     if isinstance(value, str):
         return {"view": value}
     if isinstance(value, Mapping) and not isinstance(value.get("view", ""), (str, type(None))):

@@ -6,6 +6,8 @@ from typing import Any, Mapping, Optional, Sequence, final
 import numpy as np
 import numpy.typing as npt
 
+from ._camera import CameraMatrices
+
 __version__: str
 
 @final
@@ -68,6 +70,9 @@ class Image:
     @property
     def exposure(self) -> float:
         """Stops of the 8-bit picture; what was metered for `exposure="auto"`."""
+    @property
+    def camera(self) -> CameraMatrices:
+        """Matrices of the camera that it was taken with, in the coordinates of the file."""
     @property
     def warnings(self) -> list[str]:
         """What the file asks for and the picture does not show, in one sentence each."""

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from typing_extensions import Unpack
 
+    from ._camera import CameraMatrices
     from ._option_types import Camera, Quality
     from ._render import Renderer
 
     #: Where a picture is seen from.
-    View = Union[_overcoat.Orbit, Camera, str, None]
+    View = Union[_overcoat.Orbit, Camera, CameraMatrices, str, None]
     Out = Union[npt.NDArray[np.uint8], npt.NDArray[np.float32], npt.NDArray[np.uint32]]
 
 

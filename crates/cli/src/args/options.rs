@@ -65,16 +65,21 @@ impl<G> Options<G> {
         self.given.iter().any(|(option, _)| option.argument().is_some_and(|argument| argument.long == long))
     }
 
-    /// Lays the options over a description. Choosing the camera's place in one way drops the other ways, a field of view drops a
-    /// parallel projection, and another animation begins at its own time.
+    /// Lays the options over a description. Choosing the camera's place in one way drops the other ways, a field of view or
+    /// intrinsics drop another projection, and another animation begins at its own time.
     pub fn apply(&self, description: &mut Description) {
         let camera = &mut description.camera;
-        if self.has("eye") || self.has("view") || self.has("camera") {
+        if self.has("eye") || self.has("view") || self.has("camera") || self.has("pose") {
             (camera.eye, camera.view, camera.from_model) = (None, None, None);
+            (camera.pose, camera.convention) = (None, None);
             (camera.target, camera.up, camera.near, camera.far) = (None, None, None, None);
         }
-        if self.has("fov") {
-            camera.orthographic_height = None;
+        if self.has("fov") || self.has("intrinsics") {
+            (camera.fov_y_degrees, camera.orthographic_height) = (None, None);
+        }
+        if self.has("fov") || self.has("ortho") || self.has("intrinsics") || self.has("camera") {
+            (camera.k, camera.intrinsics_size) = (None, None);
+            (camera.fx, camera.fy, camera.cx, camera.cy) = (None, None, None, None);
         }
         if self.has("animation") {
             description.time = None;

@@ -2,6 +2,7 @@
 //! written to scene files, taken from queries, and described in the schema; [`keys`](super::keys) gives each option one.
 
 mod colors;
+mod matrices;
 mod names;
 mod numbers;
 mod sources;
@@ -11,6 +12,7 @@ mod vectors;
 pub(crate) use colors::HEX_COLOR;
 pub(crate) use colors::{BackgroundColor, FloorColor, LinearColor};
 pub use colors::{background, ground_name};
+pub(crate) use matrices::{MatrixK, Pixels, PoseMatrix};
 pub use names::one_of;
 pub(crate) use names::{Axes, Names, Views};
 pub(crate) use numbers::Number;

@@ -371,6 +371,10 @@ impl Kind for Size {
         let side = || json!({"type": "integer", "minimum": 0});
         json!({"anyOf": [side(), {"type": "array", "items": side(), "minItems": 2, "maxItems": 2}]})
     }
+
+    fn query(&self, text: &str) -> Result<Json, String> {
+        size(&text.replace(',', "x")).map(|sides| json!(sides)).map_err(|_| "WxH".to_owned())
+    }
 }
 
 #[cfg(test)]

@@ -116,6 +116,7 @@ mod tests {
                         overcoat_core::math::tan_half(f64::from(fov_y)) * -d.dot(back)
                     }
                     Projection::Orthographic { height } => 0.5 * f64::from(height),
+                    Projection::Intrinsics(_) => unreachable!("none was asked for"),
                 };
                 largest = largest.max((d.dot(right) / half).abs()).max((d.dot(up) / half).abs());
             }

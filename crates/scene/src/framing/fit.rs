@@ -1,8 +1,8 @@
 //! Fit of the camera to the visible parts of scenes.
 
-use super::Framing;
 use super::discs::{Disc, Discs};
 use super::extent::{self, Extent};
+use super::{Cone, Framing};
 use crate::{
     Bounds, Camera, Mesh, MeshId, PrimitiveKind, Projection, Revision, Scene, SplatCloud, Transform,
 };
@@ -26,7 +26,7 @@ impl Fit {
     #[must_use]
     pub fn new(framing: Framing) -> Self {
         let center = [0.0; 3];
-        let reach = Reach::new(framing.axes(), center, framing.tangents());
+        let reach = Reach::new(framing.axes(), center, framing.cone());
         Self { framing, bounds: Bounds::EMPTY, center, reach, crowd: None }
     }
 
@@ -56,7 +56,7 @@ impl Fit {
         }
         if self.bounds.is_empty() {
             self.center = bounds.center();
-            self.reach = Reach::new(self.framing.axes(), self.center, self.framing.tangents());
+            self.reach = Reach::new(self.framing.axes(), self.center, self.framing.cone());
         }
         self.bounds = self.bounds.union(&bounds);
         let mut used: Option<(MeshId, Option<Vec<bool>>)> = None;
@@ -114,13 +114,13 @@ impl Fit {
         let diagonal = (size[0] * size[0] + size[1] * size[1] + size[2] * size[2]).sqrt();
         let magnitude = center.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let axes = framing.axes();
-        let [_, tan_y] = framing.tangents();
+        let Cone { tangents: [tan_x, tan_y], middle } = framing.cone();
         let (keep, aspect) = (framing.keep(), framing.clamped_aspect());
         // A model without extent, or with less than its coordinates resolve, is framed as a cube around it: of
         // 1 m, or larger where single precision could not hold the camera apart from the model.
         let degenerate = bounds.is_empty() || diagonal < magnitude * 3e-7 || diagonal < SMALLEST;
         if degenerate {
-            reach = Reach::new(axes, center, framing.tangents());
+            reach = Reach::new(axes, center, framing.cone());
             let half = 0.5 * (magnitude * 1e-3).max(1.0);
             let measures = reach.measures(&Transform::IDENTITY);
             for k in 0..8 {
@@ -141,10 +141,15 @@ impl Fit {
             (near + extent, Projection::Orthographic { height: height as f32 })
         } else {
             let fov_y = f64::from(framing.fov_y).clamp(1e-3, std::f64::consts::PI - 1e-3);
+            let projection = match framing.intrinsics {
+                Some(intrinsics) => Projection::Intrinsics(intrinsics),
+                None => Projection::Perspective { fov_y: fov_y as f32 },
+            };
             // Each pair of opposite planes fixes the eye's place across the view and a least distance.
-            let distance = 0.5 * (width / (tan_y * aspect)).max(height / tan_y);
-            (distance.max(near + extent * 1e-3), Projection::Perspective { fov_y: fov_y as f32 })
+            let distance = 0.5 * (width / tan_x).max(height / tan_y);
+            (distance.max(near + extent * 1e-3), projection)
         };
+        let (x, y) = (x - middle[0] * distance, y - middle[1] * distance);
         let [axis_x, axis_y, back] = axes;
         let eye = DVec3::from(center) + axis_x * x + axis_y * y + back * distance;
         let target = eye - back * (distance - 0.5 * (far + near)).max(extent * 1e-3);
@@ -176,10 +181,16 @@ struct Reach {
 }
 
 impl Reach {
-    /// Nothing seen yet. `tangents`: of the half angles across and up; 0 for a parallel view.
-    fn new([right, up, back]: [DVec3; 3], center: [f64; 3], [tan_x, tan_y]: [f64; 2]) -> Self {
-        let directions =
-            [right + back * tan_x, back * tan_x - right, up + back * tan_y, back * tan_y - up, back];
+    /// Nothing seen yet.
+    fn new([right, up, back]: [DVec3; 3], center: [f64; 3], cone: Cone) -> Self {
+        let Cone { tangents: [tan_x, tan_y], middle: [x, y] } = cone;
+        let directions = [
+            right + back * (tan_x + x),
+            back * (tan_x - x) - right,
+            up + back * (tan_y + y),
+            back * (tan_y - y) - up,
+            back,
+        ];
         let center = DVec3::from(center);
         Self {
             measures: directions.map(|d| (d, -d.dot(center))),

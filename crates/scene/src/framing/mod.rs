@@ -19,7 +19,7 @@ pub use fit::Fit;
 pub use footing::Footing;
 pub use orientation::{Axis, Orientation};
 
-use crate::{Camera, Projection, Scene};
+use crate::{Camera, Intrinsics, Projection, Scene};
 use facing::{Estimate, Facing};
 use glam::DVec3;
 
@@ -31,8 +31,10 @@ pub struct Framing {
     pub direction: [f32; 3],
     /// Up vector.
     pub up: [f32; 3],
-    /// Vertical field of view in radians; ignored when orthographic.
+    /// Vertical field of view in radians; ignored when orthographic, and with intrinsics.
     pub fov_y: f32,
+    /// Intrinsics, in place of field of view and aspect; ignored when orthographic.
+    pub intrinsics: Option<Intrinsics>,
     /// Parallel projection.
     pub orthographic: bool,
     /// Width of the picture divided by its height.
@@ -48,6 +50,7 @@ impl Default for Framing {
             direction: [0.62, 0.42, 1.0],
             up: [0.0, 1.0, 0.0],
             fov_y: std::f32::consts::FRAC_PI_6,
+            intrinsics: None,
             orthographic: false,
             aspect: 1.0,
             margin: Self::MARGIN,
@@ -124,6 +127,16 @@ impl Framing {
         fit.camera()
     }
 
+    /// View without the margin.
+    fn cone(&self) -> Cone {
+        if let Some(own) = self.intrinsics.filter(|_| !self.orthographic) {
+            let [width, height] = [own.width, own.height].map(|side| f64::from(side) * 0.5);
+            let tangents = [width / own.fx * self.keep(), height / own.fy * self.keep()];
+            return Cone { tangents, middle: [(width - own.cx) / own.fx, (own.cy - height) / own.fy] };
+        }
+        Cone { tangents: self.tangents(), middle: [0.0; 2] }
+    }
+
     /// Width and height of the picture's half, seen from one metre, without the margin; 0 for parallel views.
     fn tangents(&self) -> [f64; 2] {
         let fov_y = f64::from(self.fov_y).clamp(1e-3, std::f64::consts::PI - 1e-3);
@@ -147,6 +160,15 @@ impl Framing {
         let axes = camera.axes().unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         axes.map(DVec3::from)
     }
+}
+
+/// Pyramid of a view, seen from one metre; 0 for parallel views.
+#[derive(Clone, Copy, Debug)]
+struct Cone {
+    /// Half its width and height.
+    tangents: [f64; 2],
+    /// Middle of the picture, to the right of and above the view direction.
+    middle: [f64; 2],
 }
 
 /// Views from the front and above, from behind and above, and from below; of each the preferred ones first.
@@ -214,6 +236,7 @@ mod tests {
                         overcoat_core::math::tan_half(f64::from(fov_y)) * distance
                     }
                     Projection::Orthographic { height } => 0.5 * f64::from(height),
+                    Projection::Intrinsics(_) => unreachable!("none was asked for"),
                 };
                 let x = d.dot(right) / (half_height * f64::from(aspect));
                 let y = d.dot(up) / half_height;
@@ -222,6 +245,40 @@ mod tests {
             }
         }
         (largest, clearance)
+    }
+
+    /// Largest part of the way from the middle of the picture to a border at which a vertex is seen.
+    fn reach_of_k(scene: &Scene, camera: &Camera, [width, height]: [u32; 2]) -> f64 {
+        let [[fx, _, cx], [_, fy, cy], _] = camera.matrix_k(width, height).unwrap();
+        let [right, up, back] = camera.axes().unwrap().map(DVec3::from);
+        let (w, h) = (f64::from(width) * 0.5, f64::from(height) * 0.5);
+        let places = scene.meshes()[0].positions().iter().map(|p| {
+            let d = DVec3::from(p.map(f64::from)) - DVec3::from(camera.eye.map(f64::from));
+            let z = -d.dot(back);
+            let (x, y) = (fx * d.dot(right) / z + cx, cy - fy * d.dot(up) / z);
+            ((x - w) / w).abs().max(((y - h) / h).abs())
+        });
+        places.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_shifted_view_is_filled_as_others_are() {
+        let scene = scene(&BOX, Transform::IDENTITY);
+        let size = [640, 480];
+        for (direction, up) in DIRECTIONS {
+            for four in [
+                [600.0, 600.0, 320.0, 240.0],
+                [600.0, 400.0, 100.0, 400.0],
+                [900.0, 900.0, -500.0, 240.0],
+                [300.0, 700.0, 400.5, 1500.0],
+            ] {
+                let intrinsics = Some(Intrinsics::new(four, size).unwrap());
+                let framing = Framing { direction, up, intrinsics, ..Framing::default() };
+                let largest = reach_of_k(&scene, &framing.camera(&scene), size);
+                let keep = 1.0 - 2.0 * f64::from(Framing::MARGIN);
+                assert!(largest <= keep + 1e-6 && largest > keep * 0.999, "{largest} of {keep}: {framing:?}");
+            }
+        }
     }
 
     const BOX: [[f32; 3]; 8] = [
@@ -250,6 +307,7 @@ mod tests {
                     direction,
                     up,
                     fov_y,
+                    intrinsics: None,
                     orthographic,
                     aspect,
                     margin: 0.04,

@@ -31,6 +31,10 @@ pub struct PointView {
     normal: [[f32; 3]; 3],
     /// Pixels per unit of x / distance, or of x.
     focal: f32,
+    /// Pixels per unit of y in those of x, and its inverse.
+    stretch: [f32; 2],
+    /// Principal point, to the right of and below the viewport's centre, in pixels.
+    principal: [f32; 2],
     /// Factor by which the draw scales lengths.
     scale: f32,
     /// Radius of all points in pixels, where it is given.
@@ -56,7 +60,9 @@ impl PointView {
         Self {
             view: view.of_draw(transform),
             normal: [row(right, 1.0), row(up, -1.0), row(back, -1.0)],
-            focal: view.scale as f32,
+            focal: view.scale[0] as f32,
+            stretch: [view.scale[1] / view.scale[0], view.scale[0] / view.scale[1]].map(|v| v as f32),
+            principal: view.principal.map(|v| v as f32),
             scale: transform.uniform_scale() as f32,
             radius: size.map(|size| 0.5 * size),
             least: mesh.surfels().map_or(0.0, |surfels| surfels.least_radius),
@@ -78,7 +84,9 @@ impl PointView {
         // Slopes of the ray to the point, and pixels per unit of length there.
         let (u, v, pixels) = if self.view.perspective {
             let slope = 1.0 / (place.w * self.focal);
-            (place.x * slope, place.y * slope, self.focal / place.w)
+            let [cx, cy] = self.principal;
+            let (x, y) = (place.x - cx * place.w, (place.y - cy * place.w) * self.stretch[1]);
+            (x * slope, y * slope, self.focal / place.w)
         } else {
             (0.0, 0.0, self.focal)
         };
@@ -98,8 +106,14 @@ impl PointView {
         // The change of depth along the view at this point, for a pixel.
         let depth = if self.view.perspective { screen.depth / self.focal } else { 1.0 / self.focal };
         let sag = SAG * radius * depth;
+        // Lengths down are those across times this.
+        let [stretch, _] = self.stretch;
         let spread = match normal {
-            None => Spread { screen: [square + least, 0.0, square + least], depth: [0.0; 2], sag },
+            None => Spread {
+                screen: [square + least, 0.0, square * (stretch * stretch) + least],
+                depth: [0.0; 2],
+                sag,
+            },
             Some([x, y, z]) => {
                 // The projection of the normal, for one pixel a unit.
                 let (p, q) = (x - z * u, y - z * v);
@@ -107,10 +121,10 @@ impl PointView {
                 Spread {
                     screen: [
                         square * (1.0 + u * u - p * p) + least,
-                        square * (u * v - p * q),
-                        square * (1.0 + v * v - q * q) + least,
+                        square * (u * v - p * q) * stretch,
+                        square * (1.0 + v * v - q * q) * (stretch * stretch) + least,
                     ],
-                    depth: [depth * (u + p * z), depth * (v + q * z)],
+                    depth: [depth * (u + p * z), depth * (v + q * z) * stretch],
                     sag,
                 }
             }

@@ -18,8 +18,12 @@ pub struct ViewRays {
     pub right: [f32; 3],
     /// The same per pixel down.
     pub down: [f32; 3],
-    /// The view direction.
+    /// Ray of unit depth through the viewport's centre: the view direction, unless the principal point lies elsewhere.
+    pub centre: [f32; 3],
+    /// The view direction, of the length of one unit.
     pub forward: [f32; 3],
+    /// Principal point, to the right of and below the viewport's centre, in pixels.
+    pub principal: [f32; 2],
     /// True if rays start at the eye; else they are parallel.
     pub perspective: bool,
 }
@@ -29,8 +33,8 @@ impl ViewRays {
     #[inline(always)]
     pub fn ray<L: Lanes>(&self, l: L, screen: [L::F; 2]) -> (V3<L>, V3<L>) {
         let across = Vec3::splat(l, self.right) * screen[0] + Vec3::splat(l, self.down) * screen[1];
-        let (eye, forward) = (Vec3::splat(l, self.eye), Vec3::splat(l, self.forward));
-        if self.perspective { (eye, across + forward) } else { (across + eye, forward) }
+        let (eye, centre) = (Vec3::splat(l, self.eye), Vec3::splat(l, self.centre));
+        if self.perspective { (eye, across + centre) } else { (across + eye, centre) }
     }
 
     /// Position of a point on the screen: pixels right of and below the viewport's centre. Points behind the eye are
@@ -40,11 +44,27 @@ impl ViewRays {
         let from_eye = point - Vec3::splat(l, self.eye);
         let [x, y, depth] =
             each!(axis in [self.right, self.down, self.forward] => from_eye.dot(Vec3::splat(l, axis)));
-        // The axes are as long as a pixel is wide.
-        let [a, b, c] = self.right;
-        let pixel = l.splat(a * a + b * b + c * c);
+        let [wide, high] = self.pixel_squares();
         let depth = if self.perspective { depth.at_least(1e-18) } else { l.splat(1.0) };
-        [x / pixel / depth, y / pixel / depth]
+        let [cx, cy] = self.principal;
+        [x / l.splat(wide) / depth + cx, y / l.splat(high) / depth + cy]
+    }
+
+    /// Squares of the width and height of a pixel (perspective: at a distance of 1). The axes are as long as it is wide and
+    /// high; rounded apart, those of a square one would differ in their last bits.
+    #[inline(always)]
+    fn pixel_squares(&self) -> [f32; 2] {
+        let square = |[a, b, c]: [f32; 3]| a * a + b * b + c * c;
+        let (wide, high) = (square(self.right), square(self.down));
+        let apart = (wide - high).abs() > 1e-5 * wide;
+        [wide, if apart { high } else { wide }]
+    }
+
+    /// Half the larger side of a pixel (perspective: at a distance of 1).
+    #[inline(always)]
+    pub(super) fn half_pixel(&self) -> f32 {
+        let [wide, high] = self.pixel_squares();
+        (if high > wide { high } else { wide }).sqrt() * 0.5
     }
 
     /// Distance along the view direction from the depth that the rasterizer compares.

@@ -272,8 +272,7 @@ fn receiver<L: Lanes>(
     material: &Material,
     planes: &SurfacePlanes,
 ) -> Receiver<L> {
-    let [a, b, c] = context.rays.right;
-    let half = l.splat((a * a + b * b + c * c).sqrt() * 0.5);
+    let half = l.splat(context.rays.half_pixel());
     let [distance] = get(l, planes, layout::DISTANCE);
     Receiver {
         position: get_vector(l, planes, layout::LIT_POSITION),

@@ -128,7 +128,9 @@ mod tests {
         eye: [0.0, 0.0, 4.0],
         right: [0.25, 0.0, 0.0],
         down: [0.0, -0.25, 0.0],
+        centre: [0.0, 0.0, -1.0],
         forward: [0.0, 0.0, -1.0],
+        principal: [0.0; 2],
         perspective: true,
     };
 

@@ -180,7 +180,9 @@ mod tests {
         eye: [0.0; 3],
         right: [0.0, 0.0, -0.01],
         down: [0.0, -0.01, 0.0],
+        centre: [1.0, 0.0, 0.0],
         forward: [1.0, 0.0, 0.0],
+        principal: [0.0; 2],
         perspective: true,
     };
 

@@ -59,12 +59,14 @@ pub struct CloudView<'a> {
     rows: [[f64; 4]; 3],
     /// Length of the columns of their linear part.
     column_lengths: [f64; 3],
-    /// Pixels per unit of x / distance, or of x.
-    focal: f64,
+    /// Pixels per unit of x and y over distance, or of x and y.
+    focal: [f64; 2],
+    /// Principal point, to the right of and below the viewport's centre, in pixels.
+    principal: [f64; 2],
     perspective: bool,
     near: f64,
-    /// Farthest x / distance and y / distance at which splats are projected.
-    farthest: [f64; 2],
+    /// Least and largest x / distance, then those of y / distance, at which splats are projected.
+    farthest: [[f64; 2]; 2],
     /// Width and height of the picture.
     size: [f64; 2],
     by_distance: bool,
@@ -100,9 +102,14 @@ impl<'a> CloudView<'a> {
             rows,
             column_lengths: [length(0), length(1), length(2)],
             focal: view.scale,
+            principal: view.principal,
             perspective: view.perspective,
             near: f64::from(view.near),
-            farthest: size.map(|pixels| FARTHEST * 0.5 * pixels / view.scale),
+            farthest: std::array::from_fn(|k| {
+                let (half, middle) =
+                    (FARTHEST * 0.5 * size[k] / view.scale[k], view.principal[k] / view.scale[k]);
+                [-half - middle, half - middle]
+            }),
             size,
             by_distance: order == SplatOrder::Distance && view.perspective,
             encode: color_space == SplatColorSpace::Srgb && cloud.color_space() == SplatColorSpace::Linear,
@@ -135,8 +142,8 @@ impl<'a> CloudView<'a> {
             return None;
         }
         let (per_unit, at) = if self.perspective {
-            let [lx, ly] = self.farthest;
-            (self.focal / z, [(x / z).clamp(-lx, lx), (y / z).clamp(-ly, ly)])
+            let [[left, right], [top, bottom]] = self.farthest;
+            (self.focal.map(|focal| focal / z), [(x / z).clamp(left, right), (y / z).clamp(top, bottom)])
         } else {
             (self.focal, [0.0; 2])
         };
@@ -148,7 +155,7 @@ impl<'a> CloudView<'a> {
         }
         let least = -overcoat_core::math::scalar::ln(splat.opacity * (1.0 / LEAST_SPLAT_OPACITY));
         let least = if least < 0.0 { least } else { 0.0 };
-        let center = [x * per_unit, y * per_unit];
+        let center = [x * per_unit[0] + self.principal[0], y * per_unit[1] + self.principal[1]];
         let squared = -2.0 * f64::from(least);
         let half = [(squared * var_x).sqrt(), (squared * var_y).sqrt()];
         let pixels = self.pixels(center, half)?;
@@ -167,16 +174,22 @@ impl<'a> CloudView<'a> {
     }
 
     /// Variance across, covariance and variance down, in pixels squared, of a splat that the projection magnifies by
-    /// `per_unit` and that is seen at `at` (x and y at a distance of 1).
-    fn covariance(&self, rotation: &[f32; 4], scale: &[f32; 3], per_unit: f64, at: [f64; 2]) -> [f64; 3] {
+    /// `per_unit` across and down and that is seen at `at` (x and y at a distance of 1).
+    fn covariance(
+        &self,
+        rotation: &[f32; 4],
+        scale: &[f32; 3],
+        per_unit: [f64; 2],
+        at: [f64; 2],
+    ) -> [f64; 3] {
         let turned = rotation_rows(rotation.map(f64::from));
         let [right, down, forward] = &self.rows;
         let [mut var_x, mut cov, mut var_y] = [PIXEL_VARIANCE, 0.0, PIXEL_VARIANCE];
         for (j, &deviation) in scale.iter().enumerate() {
-            let deviation = f64::from(deviation) * per_unit;
+            let deviation = per_unit.map(|per_unit| f64::from(deviation) * per_unit);
             let along = |r: &[f64; 4]| r[0] * turned[0][j] + r[1] * turned[1][j] + r[2] * turned[2][j];
             let (x, y, z) = (along(right), along(down), along(forward));
-            let (a, b) = ((x - at[0] * z) * deviation, (y - at[1] * z) * deviation);
+            let (a, b) = ((x - at[0] * z) * deviation[0], (y - at[1] * z) * deviation[1]);
             var_x += a * a;
             cov += a * b;
             var_y += b * b;

@@ -49,18 +49,15 @@ def convert(scene: Any, drawing: Drawing = Drawing()) -> Converted:
 
 
 def camera_of(scene: Any) -> Dict[str, Any]:
-    """The option `camera` for the main camera of a scene, as far as it has the picture's shape and its middle."""
+    """The option `camera` for the main camera of a scene, whose intrinsics are those of a picture of the size that is asked for."""
     node = getattr(scene, "main_camera_node", None)
     if node is None:
         return {}
     pose, camera = matrix("camera", scene.get_pose(node)), node.camera
-    view: Dict[str, Any] = {
-        "eye": pose[:3, 3].tolist(),
-        "target": (pose[:3, 3] - pose[:3, 2]).tolist(),
-        "up": pose[:3, 1].tolist(),
-        "near": float(camera.znear),
-    }
-    if hasattr(camera, "yfov"):
+    view: Dict[str, Any] = {"pose": pose.tolist(), "convention": "opengl", "near": float(camera.znear)}
+    if hasattr(camera, "fx"):
+        view["K"] = [float(getattr(camera, name)) for name in ("fx", "fy", "cx", "cy")]
+    elif hasattr(camera, "yfov"):
         view["fov_y_deg"] = math.degrees(float(camera.yfov))
     elif hasattr(camera, "ymag"):
         view["ortho_height"] = 2 * float(camera.ymag)

@@ -135,15 +135,12 @@ class OffscreenRenderer:
                 plain=is_plain,
             ),
         )
-        projection = of_camera(node.camera, self._width, self._height)
-        pose = matrix("camera", scene.get_pose(node))
         options: Dict[str, Any] = {
-            "size": list(projection.drawn),
+            "size": [self._width, self._height],
             "camera": {
-                "eye": pose[:3, 3].tolist(),
-                "target": (pose[:3, 3] - pose[:3, 2]).tolist(),
-                "up": pose[:3, 1].tolist(),
-                **projection.camera,
+                "pose": matrix("camera", scene.get_pose(node)).tolist(),
+                "convention": "opengl",
+                **of_camera(node.camera, self._width, self._height),
             },
             "quality": "fast" if flags & SHADOWS and not is_plain else "draft",
             "ground": "none",
@@ -169,29 +166,23 @@ class OffscreenRenderer:
             image = (self._renderer or shared_renderer())._render(converted.model, options, 3)
         for message in converted.model.warnings:
             warnings.warn(message, MissingFeatureWarning, stacklevel=2)
-        depth = projection.picture(image.aov["depth"], smooth=False)
-        # Nothing is drawn beyond it, so nothing is behind what is cut off.
-        far = getattr(node.camera, "zfar", None)
-        beyond = None if far is None else depth > float(far)
-        if beyond is not None:
-            depth[beyond] = 0
+        # Copies: who has them may write to them, as in pyrender.
+        depth = np.array(image.aov["depth"])
         if flags & DEPTH_ONLY:
             return depth
         if flags & SEG:
-            numbers = projection.picture(image.aov["object-id"], smooth=False).astype(np.int64)
-            return self._segments(converted.nodes, numbers, beyond, seg_node_map or {}), depth
-        color = projection.picture(image.array[:, :, :3], smooth=True)
+            numbers = image.aov["object-id"].astype(np.int64)
+            return self._segments(converted.nodes, numbers, seg_node_map or {}), depth
+        color = np.array(image.array[:, :, :3], order="C")
         if flags & RGBA:
             alpha = image.linear[:, :, 3]
             alpha = np.rint(255 * (alpha + (1 - alpha) * background[3])).astype(np.uint8)
-            color = np.dstack([color, projection.picture(alpha, smooth=True)])
-        if beyond is not None:
-            color[beyond] = np.rint(255 * background[: color.shape[2]]).astype(np.uint8)
+            color = np.dstack([color, alpha])
         return color, depth
 
     @staticmethod
     def _segments(
-        nodes: Any, numbers: npt.NDArray[Any], beyond: Optional[npt.NDArray[Any]], colors: Mapping[Any, Any]
+        nodes: Any, numbers: npt.NDArray[Any], colors: Mapping[Any, Any]
     ) -> npt.NDArray[Any]:
         """The colour of each pixel's object."""
         import numpy as np
@@ -200,8 +191,6 @@ class OffscreenRenderer:
         for number, node in enumerate(nodes):
             if node in colors:
                 table[number + 1] = np.broadcast_to(np.asarray(colors[node], dtype=np.uint8), (3,))
-        if beyond is not None:
-            numbers = np.where(beyond, 0, numbers)
         return np.asarray(table[numbers])
 
     def delete(self) -> None:
