@@ -145,6 +145,7 @@ fn gbuffer(c: &mut Criterion) {
         handedness: 1.0,
         scale: 1.0,
         uv_sets: [false; 2],
+        edges: None,
     }];
     let corners = [(-9000, -9000, 1.0), (30_000, -9000, 1.1), (-9000, 30_000, 0.9)];
     let source = Single(Triangle::new(corners, [0, 1, 2], true).expect("it has an area"));

@@ -3,6 +3,7 @@
 use overcoat::frame::{Aov, Frame};
 use overcoat::render::{Edges, RenderOptions, Renderer};
 use overcoat::scene::{AlphaMode, Camera, Instance, Material, Mesh, MeshData, Scene, Transform, primitives};
+use overcoat_core::math::double::sin_cos;
 
 const SIDE: u32 = 96;
 
@@ -61,8 +62,12 @@ fn on_screen(camera: &Camera, place: [f32; 3]) -> [f32; 2] {
     let [x, y, z] = axes.map(|axis| axis[0] * to[0] + axis[1] * to[1] + axis[2] * to[2]);
     let half = f64::from(SIDE) / 2.0;
     let scale = match camera.projection {
-        overcoat::scene::Projection::Perspective { fov_y } => half / (f64::from(fov_y) / 2.0).tan() / -z,
+        overcoat::scene::Projection::Perspective { fov_y } => {
+            let (sin, cos) = sin_cos(f64::from(fov_y) / 2.0);
+            half * cos / sin / -z
+        }
         overcoat::scene::Projection::Orthographic { height } => half / (f64::from(height) / 2.0),
+        overcoat::scene::Projection::Intrinsics(_) => unreachable!("no test has such a camera"),
     };
     [(half + x * scale) as f32, (half - y * scale) as f32]
 }
@@ -71,11 +76,15 @@ fn on_screen(camera: &Camera, place: [f32; 3]) -> [f32; 2] {
 fn distance([px, py]: [f32; 2], [[ax, ay], [bx, by]]: [[f32; 2]; 2]) -> f32 {
     let (dx, dy) = (bx - ax, by - ay);
     let t = (((px - ax) * dx + (py - ay) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
-    ((px - ax - t * dx).powi(2) + (py - ay - t * dy).powi(2)).sqrt()
+    let (x, y) = (px - ax - t * dx, py - ay - t * dy);
+    (x * x + y * y).sqrt()
 }
 
+/// Ends of a line on the screen.
+type Segment = [[f32; 2]; 2];
+
 /// Edges of the cube: those of the corner that is farthest from the cameras are hidden.
-fn lines(camera: &Camera) -> (Vec<[[f32; 2]; 2]>, Vec<[[f32; 2]; 2]>) {
+fn lines(camera: &Camera) -> (Vec<Segment>, Vec<Segment>) {
     let corner = |k: u32| [0, 1, 2].map(|axis| (k >> axis & 1) as f32 - 0.5);
     let pairs = (0..8_u32).flat_map(|k| [1, 2, 4].map(|bit| (k, k | bit))).filter(|(a, b)| a != b);
     let (hidden, seen): (Vec<_>, Vec<_>) = pairs.partition(|(a, _)| *a == 0);

@@ -72,7 +72,7 @@ impl Settings {
         match camera {
             GivenCamera::Exact(camera) => Ok(*camera),
             GivenCamera::Described(camera) => {
-                let description = Description { camera: camera.clone(), ..self.description.clone() };
+                let description = Description { camera: (**camera).clone(), ..self.description.clone() };
                 description.camera(scene, &self.options).map_err(|e| errors::description(&e))
             }
         }
@@ -82,7 +82,7 @@ impl Settings {
 /// Camera as given, before the scene is known.
 enum GivenCamera {
     Exact(Camera),
-    Described(overcoat::description::CameraDescription),
+    Described(Box<overcoat::description::CameraDescription>),
 }
 
 impl GivenCamera {
@@ -90,7 +90,7 @@ impl GivenCamera {
     fn new(orbit: Option<PyRef<'_, Orbit>>, json: &str) -> PyResult<Self> {
         Ok(match orbit {
             Some(orbit) => Self::Exact(orbit.camera()),
-            None => Self::Described(read(json)?.camera),
+            None => Self::Described(Box::new(read(json)?.camera)),
         })
     }
 }

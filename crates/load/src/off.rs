@@ -4,7 +4,7 @@
 //! `4` stands for a fourth coordinate. Faces may end with a colour. Whole numbers are sRGB codes of 8 bits, fractions sRGB from 0 to 1.
 
 use super::mesh_formats::{
-    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish, white_material,
+    add_object, check_input, check_mesh, default_material, drawable, finish, white_material,
 };
 use super::normals::{add_missing_normals, add_smooth_normals};
 use super::origin::{Region, load_about};
@@ -14,7 +14,7 @@ use super::text::{Tokens, double, integer, without_mark};
 use super::warnings::{Warnings, counted};
 use super::{Context, LoadError, Loaded};
 use overcoat_core::color::srgb::{srgb_to_linear, srgb8_to_linear};
-use overcoat_scene::{AlphaMode, MeshData, Scene};
+use overcoat_scene::{AlphaMode, CREASE_ANGLE, MeshData, Scene};
 
 const FORMAT: &str = "OFF";
 

@@ -7,8 +7,7 @@
 use super::budget::Budget;
 use super::encoded_image::warn_of_reduced;
 use super::mesh_formats::{
-    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish, material_of,
-    read_picture,
+    add_object, check_input, check_mesh, default_material, drawable, finish, material_of, read_picture,
 };
 use super::names::name_of;
 use super::normals::add_smooth_normals;
@@ -20,8 +19,8 @@ use overcoat_core::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use overcoat_core::limits::Limits;
 use overcoat_core::math::double::atan2;
 use overcoat_scene::{
-    AlphaMode, AlphaUse, ColorSpace, Material, MaterialId, MeshData, Sampler, Scene, TextureId, TextureRef,
-    UvTransform,
+    AlphaMode, AlphaUse, CREASE_ANGLE, ColorSpace, Material, MaterialId, MeshData, Sampler, Scene, TextureId,
+    TextureRef, UvTransform,
 };
 use std::collections::BTreeMap;
 

@@ -12,9 +12,7 @@ mod tests;
 
 use super::budget::Budget;
 use super::encoded_image::warn_of_reduced;
-use super::mesh_formats::{
-    CREASE_ANGLE, add_placed, check_input, default_material, finish, material_of, read_picture,
-};
+use super::mesh_formats::{add_placed, check_input, default_material, finish, material_of, read_picture};
 use super::normals::{add_missing_normals, add_smooth_normals};
 use super::text::{percent_decode, quoted};
 use super::warnings::{Warnings, counted};
@@ -24,8 +22,8 @@ use document::{Document, Part};
 use look::{Effect, Look};
 use overcoat_core::limits::Limits;
 use overcoat_scene::{
-    AlphaMode, AlphaUse, ColorSpace, Material, MaterialId, Mesh, MeshId, Sampler, Scene, TextureId,
-    TextureRef, Transform, UvTransform, Workflow,
+    AlphaMode, AlphaUse, CREASE_ANGLE, ColorSpace, Material, MaterialId, Mesh, MeshId, Sampler, Scene,
+    TextureId, TextureRef, Transform, UvTransform, Workflow,
 };
 use std::collections::BTreeMap;
 

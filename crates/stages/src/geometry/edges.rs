@@ -25,7 +25,7 @@ const LEAST_WIDTH: f32 = 0.12;
 pub struct EdgeView {
     /// Width of lines in pixels.
     width: f32,
-    /// Pixels per unit of world space: of x / distance in perspective, of x in orthographic views.
+    /// Pixels per unit of world space along a row: of x / distance in perspective, of x in orthographic views.
     scale: f32,
     /// Factor of the transform for lengths.
     unit: f32,
@@ -41,7 +41,7 @@ impl EdgeView {
         let w = f64::from(u8::from(view.perspective));
         Self {
             width,
-            scale: view.scale as f32,
+            scale: view.scale[0] as f32,
             unit: transform.uniform_scale() as f32,
             viewpoint: to_object(transform, place, w),
         }
