@@ -212,7 +212,7 @@ fn picking_finds_the_part_and_not_its_lines() {
 #[test]
 fn edges_that_would_take_too_much_memory_are_left_out_and_counted() {
     let [camera, _] = cameras();
-    // Of few sides, with creases everywhere.
+    // A mesh of few sides, with creases everywhere.
     let scene = scene_of(soup(primitives::sphere(0.5, 7).unwrap().data()), clay(true));
     let draw = |edges, bytes| {
         let options = options(edges);

@@ -337,7 +337,7 @@ fn poses_of_both_conventions_are_one_camera() {
     assert_ne!(k, expected);
     assert_eq!(of(&format!("{opengl}K = [90, 80, 20.5, 30]\n")).unwrap(), k);
     assert_eq!(of(&format!("{opengl}fx = 90\nfy = 80\ncx = 20.5\ncy = 30\n")).unwrap(), k);
-    // Those of a picture of twice the size.
+    // Matrices of a picture of twice the size.
     let twice = format!("{opengl}K = [180, 160, 41, 60]\nintrinsics_size = [128, 96]\n");
     assert_eq!(of(&twice).unwrap(), k);
 }

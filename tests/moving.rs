@@ -109,7 +109,7 @@ fn an_animation_is_played_in_a_picture_that_stays() {
     assert_eq!(names(folder.path()), ["walk-000.png", "walk-001.png", "walk.gltf", "walk.png", "walk.webp"]);
 }
 
-/// What a chat takes: a GIF that has no more bytes than it may have, of pictures as large as that allows.
+/// Files within a size goal: pictures are as large as it allows.
 #[test]
 fn a_file_has_no_more_bytes_than_it_may_have() {
     let folder = folder();
@@ -122,7 +122,7 @@ fn a_file_has_no_more_bytes_than_it_may_have() {
         let done = turn(name, &["--quality", "draft"]);
         assert_eq!((done.status.code(), stderr(&done).as_str()), (Some(0), ""), "{name}");
         let all = size(name);
-        // As many as there are anyway, with those of the container: nothing changes.
+        // A goal above the size changes nothing.
         let same = turn(name, &["--quality", "draft", "--max-bytes", "1M"]);
         assert_eq!((same.status.code(), stderr(&same).as_str(), size(name)), (Some(0), "", all), "{name}");
         let most = all * 3 / 4;

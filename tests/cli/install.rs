@@ -48,7 +48,7 @@ fn completions_know_every_command_that_users_see() {
     assert_eq!(names(folder.path()), ["quad.glb"]);
 }
 
-/// What bash offers after words, by the script itself. Nothing where there is no bash.
+/// Completions of bash after words, by the script itself. Nothing where there is no bash.
 fn completed_in_bash(folder: &Path, words: &[&str]) -> Option<Vec<String>> {
     const LAST: &str = r#"source complete.bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1));
         _overcoat overcoat "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD - 1]}"; printf '%s\n' "${COMPREPLY[@]}""#;

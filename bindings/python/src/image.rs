@@ -133,7 +133,7 @@ impl Image {
         let k = rows(k.iter().map(|row| row.to_vec()).collect())?;
         let (outward, inward) = (square(world_to_camera)?, square(camera_to_world)?);
         let class = PyModule::import(py, "overcoat._camera")?.getattr("CameraMatrices")?;
-        // As few digits as single precision has.
+        // Digits of single precision, no more.
         let decimal = |v: f32| v.to_string().parse::<f64>().unwrap_or(f64::from(v));
         class.call1((kind, width, height, k, outward, inward, decimal(near), decimal(far)))
     }

@@ -177,7 +177,7 @@ impl Description {
         framing.direction = description.view.map_or(defaults.direction, |v| v.direction);
         framing.up = description.up.or(description.view.map(|v| v.up)).unwrap_or(defaults.up);
         framing.fov_y = description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians);
-        // Those that are wrong are no part of options.
+        // Wrong poses are no part of options.
         framing.intrinsics = description.intrinsics([options.width, options.height]).ok().flatten();
         framing.orthographic = description.orthographic_height.is_some();
         framing.margin = Framing::MARGIN;

@@ -164,7 +164,7 @@ mod tests {
             "camera intrinsics: cy is 4081, expected -3600 to 4080 pixels"
         );
         assert!(message(Intrinsics::new([500.0, 500.0, 0.0, 0.0], [0, 4])).contains("width is 0"));
-        // As far as the bound, and outside of the picture.
+        // Principal points at the bound, outside of the picture.
         assert!(Intrinsics::new([500.0, 400.0, -4800.0, 4080.0], SIZE).is_ok());
         let matrix = |k| message(Intrinsics::from_matrix(k, SIZE));
         let good = [[500.0, 0.0, 1.0], [0.0, 500.0, 2.0], [0.0, 0.0, 1.0]];

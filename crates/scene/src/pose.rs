@@ -97,7 +97,7 @@ impl Pose {
                 (DVec3::new(solve(y, z), solve(z, x), solve(x, y)), [row(0), -row(1), -row(2)])
             }
         };
-        // Of the three the view direction counts, then up.
+        // The view direction counts most, then up.
         let unit = |v: DVec3| v / v.dot(v).sqrt();
         let back = unit(back);
         let right = unit(if up.cross(back).dot(right) > 0.0 { up.cross(back) } else { right });

@@ -52,7 +52,7 @@ impl EdgeView {
         let [x, y, z] = group.center;
         let [a, b, c, d] = view.distance;
         let distance = x * a + y * b + z * c + d;
-        // What is beside the eye is large.
+        // Groups beside the eye are large.
         let near = if distance > view.near { distance } else { view.near };
         self.unit * self.scale / if view.perspective { near } else { 1.0 }
     }
