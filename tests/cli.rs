@@ -158,7 +158,7 @@ fn bad_input_ends_in_one_clear_line() {
     fs::write(at("empty.glb"), b"").unwrap();
     fs::write(at("truncated.glb"), &valid[..valid.len() - 30]).unwrap();
     fs::write(at("picture.glb"), b"\x89PNG\r\n\x1a\n....").unwrap();
-    fs::write(at("notes.xyz"), b"dear diary").unwrap();
+    fs::write(at("notes.abc"), b"dear diary").unwrap();
     fs::write(at("syntax.gltf"), br#"{"asset": {"version": "2.0"}, "nodes": [}"#).unwrap();
     let mut index_out_of_range = quad();
     index_out_of_range["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(7);
@@ -184,7 +184,7 @@ fn bad_input_ends_in_one_clear_line() {
         (&["render", "empty.glb"], 1, &["empty.glb", "empty"]),
         (&["render", "truncated.glb"], 1, &["truncated.glb"]),
         (&["render", "picture.glb"], 1, &["picture.glb"]),
-        (&["render", "notes.xyz"], 1, &["notes.xyz", "format"]),
+        (&["render", "notes.abc"], 1, &["notes.abc", "format"]),
         (&["render", "syntax.gltf"], 1, &["syntax.gltf", "line 1"]),
         (&["render", "index.glb"], 1, &["index.glb", "7"]),
         (&["render", "outside.gltf"], 1, &["outside.gltf", "secret.bin"]),

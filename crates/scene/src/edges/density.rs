@@ -5,8 +5,9 @@
 
 use super::Edge;
 
-/// Cells along the longest side of the box around all edges.
-const CELLS: usize = 16;
+/// Cells along each axis: one in the middle of the box around all edges, and as many on both sides of it, so that a mirrored mesh has
+/// the same densities.
+const CELLS: usize = 17;
 
 /// Places at which an edge that crosses all cells is looked at.
 const STEPS: f64 = 48.0;
@@ -22,9 +23,14 @@ pub(super) fn densities(edges: &[Edge], place: impl Fn(u32) -> [f32; 3]) -> Vec<
         }
     }
     let size = (0..3).map(|axis| max[axis] - min[axis]).fold(0.0, |a: f64, b| if b > a { b } else { a });
-    let cell = size / CELLS as f64;
+    // The outermost cells reach out by half of their side.
+    let cell = size / (CELLS - 1) as f64;
+    let middle: [f64; 3] = std::array::from_fn(|axis| 0.5 * (min[axis] + max[axis]));
     let cell_at = |p: [f64; 3]| {
-        let along = |axis: usize| (((p[axis] - min[axis]) / cell) as usize).min(CELLS - 1);
+        let along = |axis: usize| {
+            let from_middle = ((p[axis] - middle[axis]) / cell).round();
+            ((from_middle + (CELLS / 2) as f64) as usize).min(CELLS - 1)
+        };
         (along(2) * CELLS + along(1)) * CELLS + along(0)
     };
     // The length of an edge, and the cells of places along it.
@@ -63,7 +69,7 @@ fn blurred(sums: &[f64], stride: usize) -> Vec<f64> {
         let along = cell / stride % CELLS;
         let before = if along > 0 { sums[cell - stride] } else { 0.0 };
         let after = if along + 1 < CELLS { sums[cell + stride] } else { 0.0 };
-        0.25 * before + 0.5 * sums[cell] + 0.25 * after
+        0.25 * (before + after) + 0.5 * sums[cell]
     };
     (0..sums.len()).map(part).collect()
 }

@@ -8,7 +8,7 @@ pub(super) struct Welded {
     pub first: Vec<u32>,
 }
 
-/// Numbers equal positions alike; -0 equals 0. Vertices fall into buckets by a hash, and each bucket is sorted: where somebody
+/// Numbers equal positions alike, in the order of their first vertices; -0 equals 0. Vertices fall into buckets by a hash, and each bucket is sorted: where somebody
 /// has chosen positions that share one, that takes a sort of all and no more.
 pub(super) fn weld(positions: &[[f32; 3]]) -> Welded {
     let count = positions.len();
@@ -29,14 +29,23 @@ pub(super) fn weld(positions: &[[f32; 3]]) -> Welded {
         order[*start as usize] = vertex as u32;
         *start += 1;
     }
+    // The first vertex at the position of each, then the number of that.
     let mut welded = Welded { numbers: vec![0; count], first: Vec::new() };
     for range in starts.windows(2).take(1 << bits) {
         let own = &mut order[range[0] as usize..range[1] as usize];
         own.sort_unstable_by_key(|&vertex| (key(vertex as usize), vertex));
         for alike in own.chunk_by(|&a, &b| key(a as usize) == key(b as usize)) {
-            let number = welded.first.len() as u32;
-            welded.first.push(alike[0]);
-            alike.iter().for_each(|&vertex| welded.numbers[vertex as usize] = number);
+            alike.iter().for_each(|&vertex| welded.numbers[vertex as usize] = alike[0]);
+        }
+    }
+    for vertex in 0..count {
+        let first = welded.numbers[vertex] as usize;
+        if first == vertex {
+            welded.numbers[vertex] = welded.first.len() as u32;
+            welded.first.push(vertex as u32);
+        } else {
+            // It comes before, and has its number.
+            welded.numbers[vertex] = welded.numbers[first];
         }
     }
     welded
