@@ -3,6 +3,7 @@
 use crate::service::{PROGRAM, form, model, model_path, run, start, start_with};
 use overcoat::description::{Description, Machine};
 use overcoat::limits::Limits;
+use overcoat::load::Format;
 use overcoat::output::{OutputFormat, OutputOptions, encode};
 use overcoat::render::Renderer;
 use std::path::Path;
@@ -186,7 +187,7 @@ fn the_page_loads_and_allows_nothing_else() {
 fn what_a_service_can_do_is_told() {
     let service = start(&["--preset", "thumb=size:40/view:front"]);
     let formats = service.get("/formats").json();
-    assert_eq!(formats["read"].as_array().unwrap().len(), 6);
+    assert_eq!(formats["read"].as_array().unwrap().len(), Format::ALL.len());
     assert_eq!(formats["presets"][0], "thumb");
     assert_eq!(service.get("/health").json()["status"], "ok");
     assert_eq!(service.get("/ready").json()["status"], "ready");
