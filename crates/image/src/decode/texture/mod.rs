@@ -127,11 +127,9 @@ pub(super) fn decoder(
 
 /// True if a format is compiled in. (Another package may have compiled its decoder in for itself.)
 pub(super) fn is_built(format: ImageFormat) -> bool {
-    match format {
-        ImageFormat::Png | ImageFormat::Jpeg => true,
-        ImageFormat::Gif | ImageFormat::Qoi | ImageFormat::Tiff => cfg!(feature = "more-textures"),
-        _ => cfg!(feature = "textures"),
-    }
+    let is_of_all = matches!(format, ImageFormat::Png | ImageFormat::Jpeg);
+    let is_of_more = matches!(format, ImageFormat::Gif | ImageFormat::Qoi | ImageFormat::Tiff);
+    is_of_all || if is_of_more { cfg!(feature = "more-textures") } else { cfg!(feature = "textures") }
 }
 
 /// Reads the header only, and checks it against `limits.texture_pixels`. `what` names the picture in the limit's
