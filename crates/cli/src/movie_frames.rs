@@ -20,7 +20,7 @@ pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
     ((seconds * frames_a_second).round() as u32).max(1)
 }
 
-/// Most bytes of a file, and the size of the pictures that it has to hold.
+/// Limit on the bytes of a file, and the size of the pictures that it has to hold.
 struct Goal {
     bytes: u64,
     /// Sides that were asked for.
@@ -142,9 +142,12 @@ impl MovieFrames {
     fn shrink(&mut self, bytes: u64) -> Result<(), Failure> {
         let Some(goal) = &mut self.goal else { return Ok(()) };
         let factor = (goal.bytes as f64 / bytes as f64).sqrt() * 0.97;
-        let scale = goal.scale * factor.min(0.95);
+        let shorter = f64::from(goal.size[0].min(goal.size[1]));
+        let smallest = f64::from(SMALLEST_SIDE) / shorter;
+        // Not below the smallest without having tried it.
+        let scale = (goal.scale * factor.min(0.95)).max(smallest);
         let [width, height] = goal.size.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
-        if width.min(height) < SMALLEST_SIDE {
+        if goal.scale <= smallest {
             let [width, height] = [self.task.options.width, self.task.options.height];
             return Err(Failure::failed(format!(
                 "--max-bytes {}: {} frames of {width} x {height} pixels take about {bytes} bytes, and smaller ones show nothing; \

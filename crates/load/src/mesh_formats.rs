@@ -67,6 +67,20 @@ pub(super) fn add_placed(
         .map_err(LoadError::scene(element))
 }
 
+/// Values of the corners of triangles, one after the other, of those of vertices; none where there are none.
+pub(super) fn of_corners<T: Copy>(vertices: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
+    if vertices.is_empty() {
+        return Vec::new();
+    }
+    triangles.as_flattened().iter().filter_map(|&v| vertices.get(v as usize).copied()).collect()
+}
+
+/// Triangles that share no vertex.
+pub(super) fn separate_triangles(count: usize) -> Vec<[u32; 3]> {
+    let corners = |t: u32| t.saturating_mul(3);
+    (0..count as u32).map(corners).map(|a| [a, a.saturating_add(1), a.saturating_add(2)]).collect()
+}
+
 /// Checks the sizes of a mesh against the limits, before or while it is built.
 pub(super) fn check_mesh(context: &Context<'_>, triangles: u64, vertices: u64) -> Result<(), LoadError> {
     let limits = context.limits;

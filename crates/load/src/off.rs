@@ -4,7 +4,8 @@
 //! `4` stands for a fourth coordinate. Faces may end with a colour. Whole numbers are sRGB codes of 8 bits, fractions sRGB from 0 to 1.
 
 use super::mesh_formats::{
-    add_object, check_input, check_mesh, default_material, drawable, finish, white_material,
+    add_object, check_input, check_mesh, default_material, drawable, finish, of_corners, separate_triangles,
+    white_material,
 };
 use super::normals::{add_missing_normals, add_smooth_normals};
 use super::origin::{Region, load_about};
@@ -378,19 +379,13 @@ fn build(
         });
     }
     check_mesh(context, triangles.len() as u64, (triangles.len() as u64).saturating_mul(3))?;
-    fn spread<T: Copy>(list: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
-        triangles.as_flattened().iter().filter_map(|&v| list.get(v as usize).copied()).collect()
-    }
     let without = default_material().base_color;
     Ok(MeshData {
-        positions: spread(&positions, &triangles),
-        normals: spread(&normals, &triangles),
-        uvs: [spread(&uvs, &triangles), Vec::new()],
+        positions: of_corners(&positions, &triangles),
+        normals: of_corners(&normals, &triangles),
+        uvs: [of_corners(&uvs, &triangles), Vec::new()],
         colors: colors.iter().flat_map(|color| [color.unwrap_or(without); 3]).collect(),
-        triangles: (0..triangles.len() as u32)
-            .map(|t| t.saturating_mul(3))
-            .map(|first| [first, first.saturating_add(1), first.saturating_add(2)])
-            .collect(),
+        triangles: separate_triangles(triangles.len()),
         ..MeshData::default()
     })
 }

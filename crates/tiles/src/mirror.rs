@@ -68,6 +68,7 @@ pub fn camera_of_mirror(scene: &Scene, camera: &Camera, options: &RenderOptions)
     };
     let mut mirrored =
         Camera::new(below(camera.eye), below(camera.target), [-x, y, -z], projection, camera.near);
+    mirrored.far = camera.far;
     mirrored.orientation = camera.orientation.map(|[right, up, back]| {
         let below = |[x, y, z]: [f64; 3]| [x, -y, z];
         [below(right), below(up).map(|v| -v), below(back)]

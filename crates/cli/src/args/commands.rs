@@ -70,7 +70,7 @@ pub struct RenderArgs {
 /// What moving pictures have in common.
 #[derive(Debug, Args)]
 pub struct MovieArgs {
-    /// What to write: .gif (256 colours a frame), .png or .apng (animated PNG), .webp (lossless), a .png, .webp or .jpg with #
+    /// Output file: .gif (256 colours a frame), .png or .apng (animated PNG), .webp (lossless), a .png, .webp or .jpg with #
     /// in its name for a numbered picture each frame (out-####.png), or - for standard output (animated PNG, or with
     /// --output-format webp)
     #[arg(short, long, value_name = "OUT")]
@@ -84,7 +84,7 @@ pub struct MovieArgs {
           allow_negative_numbers = true, default_value = "24")]
     pub fps: f64,
 
-    /// Most bytes of the file (suffixes k, M, Ki, Mi): the picture is drawn smaller until it fits, with a warning
+    /// Size limit of the file in bytes (suffixes k, M, Ki, Mi): frames are drawn smaller until it fits, with a warning
     #[arg(long, value_name = "N", value_parser = value_parsers::bytes)]
     pub max_bytes: Option<u64>,
 }

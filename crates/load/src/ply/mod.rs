@@ -15,7 +15,8 @@ mod textures;
 mod values;
 
 use super::mesh_formats::{
-    add_object, check_input, check_mesh, default_material, drawable, finish, white_material,
+    add_object, check_input, check_mesh, default_material, drawable, finish, of_corners, separate_triangles,
+    white_material,
 };
 use super::normals::{add_missing_normals, add_smooth_normals};
 use super::origin::{Origin, Region, load_about, lost_steps};
@@ -303,20 +304,13 @@ fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<Mesh
     }
     let count = faces.triangles.len() as u64;
     check_mesh(context, count, count.saturating_mul(3))?;
-    fn spread<T: Copy>(list: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
-        if list.is_empty() {
-            Vec::new()
-        } else {
-            triangles.as_flattened().iter().filter_map(|&v| list.get(v as usize).copied()).collect()
-        }
-    }
     let triangles = &faces.triangles;
     Ok(MeshData {
-        positions: spread(&positions, triangles),
-        normals: spread(&normals, triangles),
+        positions: of_corners(&positions, triangles),
+        normals: of_corners(&normals, triangles),
         uvs: [
             if faces.corner_uvs.is_empty() {
-                spread(&uvs, triangles)
+                of_corners(&uvs, triangles)
             } else {
                 faces.corner_uvs.as_flattened().to_vec()
             },
@@ -325,12 +319,9 @@ fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<Mesh
         colors: if face_colors {
             faces.colors.iter().flat_map(|&c| [c; 3]).collect()
         } else {
-            spread(&colors, triangles)
+            of_corners(&colors, triangles)
         },
-        triangles: (0..triangles.len() as u32)
-            .map(|t| t.saturating_mul(3))
-            .map(|first| [first, first.saturating_add(1), first.saturating_add(2)])
-            .collect(),
+        triangles: separate_triangles(triangles.len()),
         ..MeshData::default()
     })
 }
