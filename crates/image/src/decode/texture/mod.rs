@@ -129,7 +129,7 @@ pub(super) fn decoder(
 pub(super) fn is_built(format: ImageFormat) -> bool {
     let is_of_all = matches!(format, ImageFormat::Png | ImageFormat::Jpeg);
     let is_of_more = matches!(format, ImageFormat::Gif | ImageFormat::Qoi | ImageFormat::Tiff);
-    is_of_all || if is_of_more { cfg!(feature = "more-textures") } else { cfg!(feature = "textures") }
+    is_of_all || is_of_more && cfg!(feature = "more-textures") || !is_of_more && cfg!(feature = "textures")
 }
 
 /// Reads the header only, and checks it against `limits.texture_pixels`. `what` names the picture in the limit's
