@@ -1,6 +1,6 @@
 // Runs a program for WASI under Node.js, with the files of this machine; paths must be absolute.
 //
-// Usage: node wasi.mjs PROGRAM.wasm ARGUMENTS...
+// Usage: node --single-threaded wasi.mjs PROGRAM.wasm ARGUMENTS...
 import { realpathSync } from "node:fs";
 import { readFile } from "node:fs/promises";
 import process from "node:process";
