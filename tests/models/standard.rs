@@ -25,10 +25,21 @@ fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
         dielectric_f90: f(1.0),
         coat: None,
         coat_color: None,
+        coat_darkening: None,
         sheen: None,
         iridescence: None,
         anisotropy: None,
     }
+}
+
+/// Without a reflection of its own.
+fn matt(color: f32) -> SurfaceData<Scalar> {
+    SurfaceData { dielectric_f0: grey(0.0), dielectric_f90: f(0.0), ..plain(color, 0.0, 0.6) }
+}
+
+/// Under a coat that darkens it by this share.
+fn lacquered(base: SurfaceData<Scalar>, roughness: f32, darkening: f32) -> SurfaceData<Scalar> {
+    SurfaceData { coat: coat(1.0, roughness), coat_darkening: Some(f(darkening)), ..base }
 }
 
 fn brushed(strength: f32) -> Option<Anisotropy<Scalar>> {
@@ -91,14 +102,87 @@ fn white_furnace() {
     let coated = most(|cosine, roughness, metallic| {
         far(SurfaceData { coat: coat(1.0, roughness), ..plain(1.0, metallic, 0.5) }, cosine)
     });
+    let darkened = most(|cosine, roughness, _| far(lacquered(plain(1.0, 1.0, 0.5), roughness, 1.0), cosine));
     let sheen = most(|cosine, roughness, metallic| {
         far(SurfaceData { sheen: sheen(1.0, roughness), ..plain(1.0, metallic, 0.5) }, cosine)
     });
     let grooves = most(|cosine, roughness, metallic| {
         far(SurfaceData { anisotropy: brushed(0.8), ..plain(1.0, metallic, roughness) }, cosine)
     });
-    for (what, found) in [("bare", bare), ("coated", coated), ("sheen", sheen), ("grooves", grooves)] {
+    for (what, found) in
+        [("bare", bare), ("coated", coated), ("darkened", darkened), ("sheen", sheen), ("grooves", grooves)]
+    {
         assert!(found < 1e-4, "{what}: {found}");
+    }
+    // Two lobes beneath a darkening coat: a rough one at a grazing angle loses light, as in the adding method.
+    for (roughness, cosine) in [(0.0, 0.1), (0.0, 0.5), (0.0, 1.0), (0.3, 0.3), (0.6, 0.5), (1.0, 0.7)] {
+        let lost = far(lacquered(plain(1.0, 0.0, 0.5), roughness, 1.0), cosine);
+        assert!(lost < 0.03, "{roughness} at {cosine}: {lost}");
+    }
+}
+
+/// Darkening of a matt base under a smooth coat is the closed sum of de Dinechin and Belcour (2022) with the mean Fresnel
+/// reflectance of the index 1.5, .0918 from outside: `(1 - K) / (1 - K albedo)` with `K = 1 - (1 - .0918) / 1.5^2`.
+#[test]
+fn darkening_is_the_sum_of_inner_reflections() {
+    let inner = 1.0 - (1.0 - 0.0918) / 2.25;
+    for albedo in [0.02, 0.18, 0.5, 0.9] {
+        for cosine in [0.2, 0.6, 1.0] {
+            let [dark, plain, coat] = [(albedo, 1.0), (albedo, 0.0), (0.0, 0.0)]
+                .map(|(color, darkening)| in_white(&seen(&lacquered(matt(color), 0.0, darkening), cosine)));
+            let factor = (dark - coat) / (plain - coat);
+            let expected = (1.0 - inner) / (1.0 - inner * albedo);
+            assert!((factor - expected).abs() < 4e-3, "{albedo} at {cosine}: {factor} for {expected}");
+        }
+    }
+}
+
+/// More darkening is darker, and colours become more saturated; none has the bits of a coat that cannot darken.
+#[test]
+fn more_darkening_is_darker_and_more_saturated() {
+    let red = Vec3::splat(L, [0.5, 0.05, 0.02]);
+    let direction = Vec3::splat(L, [0.2, 0.3, 0.9]).normalize();
+    for (metallic, roughness) in [(0.0, 0.4), (0.5, 0.6), (1.0, 0.3)] {
+        let base = SurfaceData { color: red, ..plain(0.0, metallic, roughness) };
+        let shown = |darkening: f32| {
+            let [r, g, _] = lane::<Scalar>(lit(&seen(&lacquered(base, 0.1, darkening), 0.7), direction), 0);
+            [r, g]
+        };
+        let none = SurfaceData { coat: coat(1.0, 0.1), ..base };
+        let expected = bits(lit(&seen(&none, 0.7), direction));
+        assert_eq!(bits(lit(&seen(&lacquered(base, 0.1, 0.0), 0.7), direction)), expected);
+        let mut last = shown(0.0);
+        for k in 1..=4 {
+            let next = shown(k as f32 / 4.0);
+            assert!(next[0] < last[0] && next[1] < last[1], "{metallic}: {last:?} {next:?}");
+            last = next;
+        }
+    }
+    let ratio = |darkening: f32| {
+        let data = SurfaceData { color: red, ..matt(0.0) };
+        let [r, g, _] = lane::<Scalar>(seen(&lacquered(data, 0.1, darkening), 0.7).diffuse, 0);
+        r / g
+    };
+    assert!(ratio(1.0) > 1.2 * ratio(0.0), "{} {}", ratio(1.0), ratio(0.0));
+}
+
+/// Normals that face away, mirrors and black bases under a coat that darkens give numbers.
+#[test]
+fn darkening_is_finite_everywhere() {
+    let away = Vec3::splat(L, [0.9, 0.0, -0.436]);
+    for (color, metallic, roughness) in [(0.0, 0.0, 0.0), (1.0, 1.0, 0.0), (1.0, 0.0, 1.0), (0.3, 0.7, 0.2)] {
+        for color_of_coat in [None, Some(grey(0.0)), Some(grey(0.5))] {
+            let data = SurfaceData {
+                coat_color: color_of_coat,
+                ..lacquered(plain(color, metallic, roughness), 0.0, 1.0)
+            };
+            for view in [tilted(1.0), tilted(1e-4), away] {
+                let shown = lane::<Scalar>(lit(&seen_from(&data, view), tilted(0.5)), 0);
+                let white = in_white(&seen_from(&data, view));
+                let fine = |x: f32| x.is_finite() && x >= 0.0;
+                assert!(shown.into_iter().all(fine) && fine(white) && white < 1.1, "{shown:?} {white}");
+            }
+        }
     }
 }
 
@@ -270,6 +354,7 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
         dielectric_f90: draws.unit(l),
         coat: if draws.coin() { Some(coat) } else { None },
         coat_color: if draws.coin() { Some(draws.color(l)) } else { None },
+        coat_darkening: if draws.coin() { Some(draws.unit(l)) } else { None },
         sheen: if draws.coin() { Some(sheen) } else { None },
         // The costliest feature, in a few of the sets.
         iridescence: if draws.coin() && draws.coin() && draws.coin() { Some(iridescence) } else { None },

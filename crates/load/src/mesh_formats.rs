@@ -21,13 +21,16 @@ pub(super) fn default_material() -> Material {
 /// Material of surfaces of which the file gives only a base colour (linear, with alpha): a satin dielectric, drawn from
 /// both sides as well.
 pub(super) fn material_of(base_color: [f32; 4]) -> Material {
-    Material {
+    let mut material = Material {
         name: "default".to_owned(),
         base_color,
         workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None },
         double_sided: true,
         ..Material::default()
-    }
+    };
+    // Coats of these formats return nothing to the base, as in the engines that write them.
+    material.lobes.coat.darkening = 0.0;
+    material
 }
 
 /// The same for meshes with colours of their own, which multiply the base colour.

@@ -106,7 +106,8 @@ group! {
         extinction: [f32; 3] = [1.0; 3],
         /// Transmittance of the coat at normal incidence, linear, 0 to 1 (OpenPBR, Babylon.js).
         color: ColorParameter = ColorParameter::from([1.0; 3]),
-        /// Share of the darkening by inner reflection that is applied, 0 to 1 (OpenPBR).
+        /// Share of the darkening by inner reflection that is applied, 0 to 1 (OpenPBR, the standard model). Loaders
+        /// set 0 where a file's format has no such coat.
         darkening: f32 = 1.0,
         /// As [`Anisotropy::strength`], of the coat, 0 to 1 (OpenPBR).
         anisotropy: f32 = 0.0,

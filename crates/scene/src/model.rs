@@ -158,7 +158,7 @@ const TABLE: &[Entry] = {
     const FILAMENT: &[Feature] = &[F::Coat, F::CoatNormal, F::Sheen, F::Anisotropy];
     const KHRONOS: &[Feature] = &[F::Coat, F::CoatNormal, F::Sheen, F::Anisotropy, F::Iridescence];
     const HOUSE: &[Feature] =
-        &[F::Coat, F::CoatNormal, F::CoatColor, F::Sheen, F::Anisotropy, F::Iridescence];
+        &[F::Coat, F::CoatNormal, F::CoatColor, F::CoatDarkening, F::Sheen, F::Anisotropy, F::Iridescence];
     const STACKLIT: &[Feature] = &[
         F::Anisotropy,
         F::Iridescence,

@@ -18,6 +18,9 @@ const REPEAT: u32 = 10497;
 const LINEAR: u32 = 9729;
 const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 
+/// Extension of the clear coat (Khronos, draft of 2025-09-15).
+const COAT_DARKENING: &str = "KHR_materials_clearcoat_darkening";
+
 /// A file being written.
 #[derive(Default)]
 struct Writer {
@@ -206,6 +209,10 @@ impl Writer {
         }
         if let Some(index) = texture(&material.coat_roughness_map) {
             coat["clearcoatRoughnessTexture"] = json!({"index": index});
+        }
+        if material.coat_darkens {
+            self.extensions.insert(COAT_DARKENING, ());
+            coat["extensions"][COAT_DARKENING] = json!({"clearcoatDarkeningFactor": 1});
         }
         if material.coat > 0.0 {
             self.extensions.insert("KHR_materials_clearcoat", ());

@@ -63,6 +63,8 @@ pub struct Material {
     pub coat: f64,
     /// Perceptual roughness of the coat.
     pub coat_roughness: f64,
+    /// True if the coat darkens the base by what it reflects back to it, as lacquer does.
+    pub coat_darkens: bool,
     /// Emitted linear radiance.
     pub emissive: [f64; 3],
     /// sRGB.
@@ -94,6 +96,7 @@ impl Material {
             specular: 1.0,
             coat: 0.0,
             coat_roughness: 0.0,
+            coat_darkens: false,
             emissive: [0.0; 3],
             color_map: None,
             roughness_map: None,

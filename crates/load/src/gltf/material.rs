@@ -2,6 +2,7 @@
 
 use super::model::{self, Root, TextureInfo};
 use super::properties::{Goal, Number, PROPERTIES, Property};
+use super::surface_objects;
 use super::texture::Textures;
 use super::uv_sets::UvSets;
 use crate::LoadError;
@@ -10,12 +11,14 @@ use overcoat_scene::parameters::{Kind, Slot};
 use overcoat_scene::{AlphaMode, Material, TextureId, TextureRef, Workflow, settle};
 
 /// Material of primitives without one, in files that have materials: section 3.9.2 of the specification with its
-/// default factors, a rough white metal.
+/// default factors, a rough white metal. A coat of KHR_materials_clearcoat does not darken the base.
 pub(super) fn default_material() -> Material {
-    Material {
+    let mut material = Material {
         workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None },
         ..Material::default()
-    }
+    };
+    material.lobes.coat.darkening = 0.0;
+    material
 }
 
 /// The scene's material for material `index` of the file, with provisional texture ids, and the sets of texture coordinates
@@ -75,6 +78,9 @@ impl Converter<'_> {
                 Workflow::SpecularGlossiness { specular: [1.0; 3], glossiness: 1.0, texture: None };
         }
         material.unlit = extensions.is_some_and(|e| e.unlit.is_some());
+        if surface_objects::darkens(given) {
+            material.lobes.coat.darkening = 1.0;
+        }
         for property in PROPERTIES.iter().filter(|property| property.applies(given)) {
             match property {
                 Property::Unread(unread) => {

@@ -266,6 +266,11 @@ fn ext_darkening(m: &Material) -> Option<&ClearcoatDarkening> {
     clearcoat_extensions(m)?.ext_darkening.as_ref()
 }
 
+/// True if a material has an extension whose coat darkens the base unless it says otherwise.
+pub(super) fn darkens(m: &Material) -> bool {
+    coat(m).is_some() || darkening(m).is_some() || ext_darkening(m).is_some()
+}
+
 fn sheen(m: &Material) -> Option<&Sheen> {
     extensions(m)?.sheen.as_deref()
 }

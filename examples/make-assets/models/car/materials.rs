@@ -41,10 +41,10 @@ pub enum Stuff {
 /// Number of materials.
 pub const COUNT: usize = Stuff::Void as usize + 1;
 
-/// In the order of [`Stuff`].
+/// In the order of [`Stuff`]. Coats darken what they cover: under lacquer red is deep.
 pub fn all() -> Vec<Material> {
     let plain = Material::plain;
-    vec![
+    let all = vec![
         Material {
             normal_map: Some("flakes-normal"),
             normal_scale: 0.25,
@@ -76,5 +76,6 @@ pub fn all() -> Vec<Material> {
         plain("caliper", [0.85, 0.42, 0.01], 0.0, 0.4).coated(0.04),
         plain("plate", [0.8, 0.8, 0.78], 0.0, 0.4),
         Material { specular: 0.05, ..plain("void", [0.003, 0.003, 0.003], 0.0, 0.9) },
-    ]
+    ];
+    all.into_iter().map(|material| Material { coat_darkens: material.coat > 0.0, ..material }).collect()
 }

@@ -36,12 +36,14 @@
 //! **Left out:** sheen, thin films, the second lobe, subsurface scattering, the coat's colour (its medium has an extinction).
 //! Scattering in the medium. Every result is finite and not negative for inputs in range and unit vectors.
 
+mod darkening;
 mod direct;
 mod face;
 mod indirect;
 mod trapped;
 
 pub use super::EnvironmentQuery;
+pub(in crate::coat) use darkening::Darkening;
 pub use direct::direct;
 pub use indirect::indirect;
 

@@ -1,6 +1,6 @@
 //! Lights.
 
-use super::{LEAST_ROUGHNESS, Surface, Terms, color};
+use super::{COAT_F0, CoatSurface, LEAST_ROUGHNESS, MEAN_SCHLICK_WEIGHT, Surface, Terms, color};
 use crate::brdf::microfacet::{
     distribution_ggx, distribution_ggx_anisotropic, schlick_weight, visibility_smith,
     visibility_smith_anisotropic,
@@ -40,6 +40,14 @@ fn base_lobe<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>, half: V3<L>, n_
     visibility_smith_anisotropic(l, light, view, anisotropy.alpha, LEAST_SMITH) * d
 }
 
+/// Transmittance of the coat for light from outside over its mean for light from everywhere, which the darkening of the
+/// Lambertian lobe contains.
+#[inline(always)]
+fn entering<L: Lanes>(l: L, n_dot_l: L::F) -> L::F {
+    const MEAN: f32 = (1.0 - COAT_F0) * (1.0 - MEAN_SCHLICK_WEIGHT);
+    schlick_weight(l, n_dot_l).one_minus() * ((1.0 - COAT_F0) / MEAN)
+}
+
 /// One light: the radiance that the fragments reflect.
 ///
 /// `direction` is the unit vector to the light, `light_color` its irradiance at normal incidence, with distance, cone and
@@ -52,7 +60,14 @@ pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, light_colo
     let irradiance = light_color * n_dot_l;
     let fresnel = surface.reflectance.normal + surface.reflectance.grazing * weight;
     let lobe = fresnel * base_lobe(l, surface, direction, half, n_dot_l);
-    let base = irradiance * (surface.diffuse * FRAC_1_PI + lobe);
+    let diffuse = match &surface.coat {
+        Some(CoatSurface { normal, darkening: Some(darkening), .. }) => {
+            let passes = entering(l, normal.dot(direction).saturate());
+            surface.diffuse * ((passes - 1.0) * *darkening + 1.0)
+        }
+        _ => surface.diffuse,
+    };
+    let base = irradiance * (diffuse * FRAC_1_PI + lobe);
     let sheen = match &surface.sheen {
         Some(sheen) => {
             let n_dot_h = surface.normal.dot(half).saturate();

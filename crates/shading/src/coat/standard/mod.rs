@@ -41,7 +41,13 @@
 //! nor changes F0 or roughness of the base, as KHR_materials_clearcoat has it; if it has a colour, which glTF does not know, it absorbs
 //! along the refracted way of the view.
 //!
-//! **Left out:** retroreflection, diffuse roughness, polarisation, bounces between coat and base. Every result is
+//! **Darkening.** With [`SurfaceData::coat_darkening`] at 1 the base's lobes are scaled to the albedo that the adding method of
+//! [`super::stacklit_d`] gives them under white light, with all bounces between coat and base and what the coat takes of light on
+//! its way in; at 0, the default of glTF, the coat returns nothing, as in Cycles' principled material and most engines. Under
+//! lights the Lambertian lobe also has the coat's transmittance for the light over its mean. Lobes keep the shape that they
+//! have without a coat.
+//!
+//! **Left out:** retroreflection, diffuse roughness, polarisation, refraction by the coat. Every result is
 //! finite and not negative for inputs in range and unit vectors; of a thin film at most 1 counts.
 
 mod direct;
@@ -50,6 +56,7 @@ mod lobe;
 
 pub use super::EnvironmentQuery;
 pub use super::layers::{Anisotropy, Coat, Iridescence, Sheen};
+use super::stacklit_d;
 pub use direct::direct;
 pub use indirect::{Environment, indirect};
 pub use lobe::roughness_of_lookups;
@@ -57,8 +64,8 @@ pub use lobe::roughness_of_lookups;
 use crate::brdf::table::Table;
 use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
-use overcoat_core::math::pow;
 use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_core::math::{ln, pow};
 use overcoat_core::vec3;
 
 /// Colour that the model expects of a light per unit of irradiance at normal incidence: the irradiance itself.
@@ -69,6 +76,9 @@ pub const COAT_F0: f32 = 0.04;
 
 /// Index of refraction of the coat.
 const COAT_IOR: f32 = 1.5;
+
+/// Least transmittance of a coloured coat whose optical thickness is asked for.
+const LEAST_TRANSMITTANCE: f32 = 1e-4;
 
 /// Mean of (1 - u)^5 over the hemisphere.
 const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
@@ -96,6 +106,8 @@ pub struct SurfaceData<L: Lanes> {
     pub coat: Option<Coat<L>>,
     /// Transmittance of the coat's medium, down and up at normal incidence, linear, 0 to 1; `None` is clear.
     pub coat_color: Option<V3<L>>,
+    /// Share of the darkening by reflection between coat and base, 0 to 1; `None` is 0.
+    pub coat_darkening: Option<L::F>,
     /// Sheen.
     pub sheen: Option<Sheen<L>>,
     /// Thin film.
@@ -130,6 +142,8 @@ pub struct CoatSurface<L: Lanes> {
     pub transmittance: L::F,
     /// Transmittance with the medium's colour, if it has one.
     pub tinted: Option<V3<L>>,
+    /// Share of the coat that darkens the base, if it does: factor times darkening.
+    pub darkening: Option<L::F>,
 }
 
 impl<L: Lanes> CoatSurface<L> {
@@ -296,7 +310,8 @@ pub fn surface<L: Lanes>(
         None => roughness,
     };
     let albedos_of_base = albedos(l, table, n_dot_v, mean_roughness);
-    let (reflectance, diffuse) = base(l, data, n_dot_v, albedos_of_base);
+    let (mut reflectance, mut left) = base(l, data, n_dot_v, albedos_of_base);
+    let mut lambert = Vec3::uniform(data.metallic.saturate().one_minus());
     let sheen = match &data.sheen {
         Some(sheen) => {
             let roughness = sheen.roughness.clamp_to(LEAST_SHEEN_ROUGHNESS, 1.0);
@@ -320,11 +335,72 @@ pub fn surface<L: Lanes>(
                 |color| tinted(l, factor, reflectance.albedo(l).x, color, n_dot_v),
             );
             let normal = coat.normal;
-            Some(CoatSurface { factor, roughness, normal, n_dot_v, reflectance, transmittance, tinted })
+            let darkening = data.coat_darkening.map(
+                #[inline(always)]
+                |darkening| darkening.saturate() * factor,
+            );
+            Some(CoatSurface {
+                factor,
+                roughness,
+                normal,
+                n_dot_v,
+                reflectance,
+                transmittance,
+                tinted,
+                darkening,
+            })
         }
         None => None,
     };
+    if let Some(coat) = &coat
+        && let Some(strength) = coat.darkening
+    {
+        let darkening = darkening(l, data, coat, mean_roughness, (normal, view), table);
+        let one = Vec3::splat(l, [1.0; 3]);
+        let specular = one.lerp(darkening.specular, strength);
+        reflectance.normal = reflectance.normal * specular;
+        reflectance.grazing = reflectance.grazing * specular;
+        lambert = lambert * one.lerp(darkening.lambert, strength);
+        // The colours of a film stay those of the view outside.
+        if data.iridescence.is_none() {
+            left = left.lerp(darkening.left, strength);
+        }
+    }
+    let diffuse = vec3!(d in data.color * left * lambert => d.at_least(0.0));
     Surface { normal, view, n_dot_v, roughness, diffuse, reflectance, coat, sheen, anisotropy }
+}
+
+/// Reflection between coat and base, as [`super::stacklit_d`] sums it.
+#[inline(always)]
+fn darkening<L: Lanes>(
+    l: L,
+    data: &SurfaceData<L>,
+    coat: &CoatSurface<L>,
+    base_roughness: L::F,
+    (normal, view): (V3<L>, V3<L>),
+    table: &Table<3>,
+) -> stacklit_d::Darkening<L> {
+    let base = stacklit_d::SurfaceData {
+        color: data.color,
+        metallic: data.metallic,
+        roughness: base_roughness,
+        dielectric_f0: data.dielectric_f0,
+        dielectric_f90: data.dielectric_f90,
+        coat: None,
+        anisotropy: None,
+    };
+    let above = stacklit_d::Coat {
+        mask: coat.factor,
+        roughness: coat.roughness,
+        ior: l.splat(COAT_IOR),
+        // The colour is that of a way down and up.
+        depth: data.coat_color.map(
+            #[inline(always)]
+            |color| vec3!(c in color => ln(l, c.at_least(LEAST_TRANSMITTANCE)) * -0.5),
+        ),
+        normal: coat.normal,
+    };
+    stacklit_d::Darkening::new(l, &base, &above, normal, view, table)
 }
 
 /// Transmittance of a coloured coat of this albedo: the colour to the power of the relative length of the refracted
@@ -337,7 +413,7 @@ fn tinted<L: Lanes>(l: L, factor: L::F, albedo: L::F, color: V3<L>, n_dot_v: L::
     vec3!(c in color => pow(l, c.saturate(), longer) * passed * factor + factor.one_minus())
 }
 
-/// The base's reflection and its diffuse albedo.
+/// The base's reflection, and the share that it leaves to the Lambertian lobe.
 #[inline(always)]
 fn base<L: Lanes>(l: L, data: &SurfaceData<L>, n_dot_v: L::F, albedos: [L::F; 2]) -> (Reflectance<L>, V3<L>) {
     let metallic = data.metallic.saturate();
@@ -360,8 +436,7 @@ fn base<L: Lanes>(l: L, data: &SurfaceData<L>, n_dot_v: L::F, albedos: [L::F; 2]
         grazing: dielectric.grazing.lerp(metal.grazing, metallic),
         ..dielectric
     };
-    let diffuse = data.color * beneath * metallic.one_minus();
-    (reflectance, vec3!(d in diffuse => d.at_least(0.0)))
+    (reflectance, beneath)
 }
 
 /// A reflectance with a film of this reflectance for the view.
