@@ -6,13 +6,15 @@ use crate::common::scenes::motion;
 use overcoat::frame::{DisplayOptions, PixelFormat, Target};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
-use overcoat::load::{AnimatedModel, Context, Format, Loaded, NoResolver};
+use overcoat::load::{AnimatedModel, BuiltinMaterial, Context, Format, Loaded, NoResolver};
 use overcoat::render::{Cancellation, Ground, Quality, RenderError, RenderOptions, Renderer};
 use overcoat::scene::{
     Axis, Camera, Environment, Framing, Light, Material, Mesh, Scene, Transform, Workflow, primitives,
 };
 use overcoat::viewport::{FrameBudget, Level, Orbit, Viewport};
-use overcoat::world::{InstanceHandle, LightHandle, MaterialHandle, MeshHandle, World, WorldError};
+use overcoat::world::{
+    InstanceHandle, LightHandle, MaterialHandle, MeshHandle, TexturedMaterial, World, WorldError,
+};
 
 fn moved(x: f64, y: f64, z: f64) -> Transform {
     Transform::translation([x, y, z]).unwrap()
@@ -299,6 +301,41 @@ fn what_is_used_is_not_removed_and_what_is_refused_changes_nothing() {
     let again = world.add_mesh(primitives::cuboid([1.0; 3]).unwrap()).unwrap();
     assert_ne!(again, mesh);
     assert_eq!(world.scene().meshes().len(), 1);
+}
+
+/// Textures go with the last material that reads them, and their places are used again.
+#[test]
+fn textures_go_with_the_material_that_brought_them() {
+    let (limits, jobs) = (Limits::default(), Jobs::new(1));
+    let oak = BuiltinMaterial::named("varnished-oak").unwrap().load(&limits, &jobs).unwrap();
+    let of = |world: &World| {
+        TexturedMaterial::lay(
+            world.scene().textures(),
+            Material::default(),
+            |error| error.to_string(),
+            |scene| oak.assign(scene, None, &limits).map_err(|error| error.to_string()),
+        )
+        .unwrap()
+    };
+    let mut world = World::new();
+    let material = world.add_textured_material(of(&world)).unwrap();
+    let most = world.scene().textures().len();
+    assert!(most > 0 && world.material(material).unwrap().textures().count() > 0);
+    for _ in 0..4 {
+        world.set_textured_material(material, of(&world)).unwrap();
+        assert!(world.scene().textures().len() <= 2 * most);
+    }
+    // A copy reads them on when the first is gone.
+    let copy = world.add_material(world.material(material).unwrap().clone()).unwrap();
+    let read = world.material(copy).unwrap().textures().next().unwrap().texture;
+    let width = |world: &World| world.scene().textures()[read.index()].image().width();
+    let before = width(&world);
+    world.remove_material(material).unwrap();
+    assert_eq!(width(&world), before);
+    assert!(matches!(world.set_textured_material(material, of(&world)), Err(WorldError::Gone { .. })));
+    let plain = world.add_textured_material(of(&world)).unwrap();
+    world.set_material(plain, Material::default()).unwrap();
+    assert!(world.scene().textures().len() <= 3 * most);
 }
 
 #[test]

@@ -57,6 +57,24 @@ echo '== C, valgrind'
 valgrind -q --error-exitcode=9 --suppressions="$here/tests/valgrind.supp" --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
     "$work/shared" "$model" "$hash"
 
+echo '== a program of an older header'
+# Materials ended with emission then, lights with their range.
+mkdir -p "$work/older"
+awk '
+    /^typedef struct \{/ { text = ""; inside = 1 }
+    { if (inside) text = text $0 "\n"; else print }
+    /^\} overcoat_/ {
+        if (/overcoat_material;/) sub(/float emissive\[3\];.*\n\}/, "float emissive[3];\n}", text)
+        if (/overcoat_light;/) sub(/float range;.*\n\}/, "float range;\n}", text)
+        printf "%s", text; inside = 0
+    }' "$work/usr/include/overcoat.h" >"$work/older/overcoat.h"
+gcc -std=gnu11 "${strict[@]}" "$here/tests/older.c" -o "$work/newer-program" "${shared[@]}"
+gcc -std=gnu11 "${strict[@]}" -I"$work/older" "$here/tests/older.c" -o "$work/older-program" "${shared[@]}"
+read -r new_material new_light new_hash < <("$work/newer-program")
+read -r old_material old_light old_hash < <("$work/older-program")
+test "$old_material" -lt "$new_material" && test "$old_light" -lt "$new_light"
+test "$old_hash" = "$new_hash"
+
 echo '== examples'
 gcc -std=c11 "${strict[@]}" "$here/examples/thumbnail.c" -o "$work/thumbnail" "${shared[@]}"
 "$work/thumbnail" "$model" "$work/thumbnail.png" 128

@@ -34,9 +34,11 @@ mod error;
 mod handle;
 mod instances;
 mod models;
+mod textured;
 
 pub use error::WorldError;
 pub use handle::{InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle, TextureHandle};
+pub use textured::TexturedMaterial;
 
 use handle::{LAST_WORLD, Slots};
 use instances::{InstanceState, SplatState};
@@ -45,6 +47,7 @@ use overcoat_scene::{
     AlphaUse, ColorSpace, Environment, Image, Light, Material, MaterialId, Mesh, MeshData, MeshId, Sampler,
     Scene, SceneError, Texture, TextureId, TextureRef,
 };
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A scene whose parts have names, see the [module](self).
@@ -66,6 +69,8 @@ pub struct World {
     /// The number of each light in the scene's list.
     lights: Slots<usize>,
     models: Slots<ModelState>,
+    /// Textures that materials brought.
+    owned: BTreeMap<MaterialHandle, Vec<TextureHandle>>,
     /// The next number of [`Instance::object`](crate::scene::Instance::object).
     next_object: u32,
 }
@@ -100,6 +105,7 @@ impl World {
             splats: Vec::new(),
             lights: Slots::default(),
             models: Slots::default(),
+            owned: BTreeMap::new(),
             next_object: 0,
         }
     }
@@ -193,7 +199,9 @@ impl World {
     pub fn set_material(&mut self, material: MaterialHandle, with: Material) -> Result<(), WorldError> {
         let id = self.material_id(material)?;
         self.check_textures(&with)?;
-        Ok(self.scene.replace_material(id, with)?)
+        self.scene.replace_material(id, with)?;
+        self.release_textures(material);
+        Ok(())
     }
 
     /// Removes a material.
@@ -207,7 +215,9 @@ impl World {
         }
         self.materials.remove(self.number, material)?;
         // It reads no texture any more.
-        Ok(self.scene.replace_material(id, Material::default())?)
+        self.scene.replace_material(id, Material::default())?;
+        self.release_textures(material);
+        Ok(())
     }
 
     /// Adds a mesh.

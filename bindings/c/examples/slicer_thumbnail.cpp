@@ -63,7 +63,6 @@ uint64_t world_of(const Renderer &renderer, const std::vector<Object> &plate) {
     renderer.check(overcoat_world_new(renderer, &world));
     overcoat_material plastic;
     OVERCOAT_INIT(plastic);
-    overcoat_material_defaults(&plastic);
     plastic.roughness = 0.5f;
     renderer.check(overcoat_add_material(renderer, world, &plastic, &paint));
     for (const auto &object : plate) {

@@ -7,6 +7,7 @@
 
 mod context;
 mod instances;
+mod material_files;
 mod materials;
 mod meshes;
 mod picture;
@@ -16,6 +17,7 @@ mod world;
 
 pub use context::*;
 pub use instances::*;
+pub use material_files::*;
 pub use materials::*;
 pub use meshes::*;
 pub use picture::*;

@@ -7,7 +7,7 @@ use renderer::scene::{AlphaMode, Light, LightKind, Material, ShadingModel, Workf
 use renderer::world::{LightHandle, MaterialHandle, World};
 use std::ffi::c_char;
 
-/// Material of a surface. overcoat_material_defaults() fills it.
+/// Material of a surface. OVERCOAT_INIT and overcoat_material_defaults() fill it; overcoat_add_material_text() knows all parameters.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
@@ -41,28 +41,31 @@ pub struct overcoat_material {
 }
 
 // SAFETY: begins with its size, and zeros are numbers, `false` and null pointers.
-unsafe impl Sized32 for overcoat_material {}
+unsafe impl Sized32 for overcoat_material {
+    fn defaults() -> Self {
+        Self {
+            size: 0,
+            alpha_mode: 0,
+            base_color: [1.0; 4],
+            metallic: 0.0,
+            roughness: 1.0,
+            ior: 1.5,
+            coat: 0.0,
+            coat_roughness: 0.0,
+            emissive: [0.0; 3],
+            alpha_cutoff: 0.5,
+            double_sided: false,
+            unlit: false,
+            shading: std::ptr::null(),
+        }
+    }
+}
 
 /// Fills a material with its defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn overcoat_material_defaults(material: *mut overcoat_material) {
-    let defaults = overcoat_material {
-        size: 0,
-        alpha_mode: 0,
-        base_color: [1.0; 4],
-        metallic: 0.0,
-        roughness: 1.0,
-        ior: 1.5,
-        coat: 0.0,
-        coat_roughness: 0.0,
-        emissive: [0.0; 3],
-        alpha_cutoff: 0.5,
-        double_sided: false,
-        unlit: false,
-        shading: std::ptr::null(),
-    };
     // SAFETY: of the caller.
-    unsafe { raw::write_structure(material, &defaults) }
+    unsafe { raw::write_structure(material, &overcoat_material::defaults()) }
 }
 
 /// The name of a shading model; `None` for null.
@@ -128,7 +131,7 @@ pub unsafe extern "C" fn overcoat_add_material(
     }
 }
 
-/// Puts another material in the place of one, in everything that is made of it. Textures of a file's material are not kept.
+/// Puts another material in the place of one, in everything that is made of it. It has no textures.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn overcoat_set_material(
     overcoat: *mut overcoat,
@@ -173,7 +176,7 @@ pub enum overcoat_light_kind {
     OVERCOAT_LIGHT_SPOT = 2,
 }
 
-/// A light beside the environment. overcoat_light_defaults() fills it.
+/// A light beside the environment. OVERCOAT_INIT and overcoat_light_defaults() fill it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
@@ -199,24 +202,27 @@ pub struct overcoat_light {
 }
 
 // SAFETY: begins with its size, and zeros are numbers.
-unsafe impl Sized32 for overcoat_light {}
+unsafe impl Sized32 for overcoat_light {
+    fn defaults() -> Self {
+        Self {
+            size: 0,
+            kind: 0,
+            position: [0.0; 3],
+            direction: [0.0, -1.0, 0.0],
+            color: [1.0; 3],
+            intensity: 1.0,
+            range: 0.0,
+            inner_cone_cosine: 0.9,
+            outer_cone_cosine: 0.8,
+        }
+    }
+}
 
 /// Fills a light with its defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn overcoat_light_defaults(light: *mut overcoat_light) {
-    let defaults = overcoat_light {
-        size: 0,
-        kind: 0,
-        position: [0.0; 3],
-        direction: [0.0, -1.0, 0.0],
-        color: [1.0; 3],
-        intensity: 1.0,
-        range: 0.0,
-        inner_cone_cosine: 0.9,
-        outer_cone_cosine: 0.8,
-    };
     // SAFETY: of the caller.
-    unsafe { raw::write_structure(light, &defaults) }
+    unsafe { raw::write_structure(light, &overcoat_light::defaults()) }
 }
 
 /// The library's light of a caller's.

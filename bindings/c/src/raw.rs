@@ -10,9 +10,15 @@ use std::ffi::{CStr, c_char};
 ///
 /// # Safety
 /// `#[repr(C)]`, its first field is `size: u32`, and bytes of 0 are a value of it.
-pub unsafe trait Sized32: Copy {}
+pub unsafe trait Sized32: Copy {
+    /// Values of the fields that a caller does not know: 0 unless the structure says otherwise.
+    fn defaults() -> Self {
+        // SAFETY: zeros are a value.
+        unsafe { std::mem::zeroed() }
+    }
+}
 
-/// Reads a structure of which the caller knows the first `size` bytes: what comes after is 0.
+/// Reads a structure of which the caller knows the first `size` bytes: what comes after has its default.
 ///
 /// `None` if the pointer is null or the size is less than that of the size itself.
 pub unsafe fn structure<T: Sized32>(pointer: *const T) -> Option<T> {
@@ -25,12 +31,31 @@ pub unsafe fn structure<T: Sized32>(pointer: *const T) -> Option<T> {
         return None;
     }
     let known = size.min(size_of::<T>());
-    // SAFETY: zeros are a value (`Sized32`), and as many bytes are read as the caller has and `T` takes.
+    let mut own = T::defaults();
+    // SAFETY: as many bytes are read as the caller has and `T` takes.
     unsafe {
-        let mut own: T = std::mem::zeroed();
         std::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut own).cast::<u8>(), known);
         Some(own)
     }
+}
+
+/// Reads a list of structures, which are as far from each other as the first says that it is long. `None` as of [`structure`], and if
+/// there are more than memory has. An empty one may be null.
+pub unsafe fn structures<T: Sized32>(pointer: *const T, count: usize) -> Option<Vec<T>> {
+    if count == 0 {
+        return Some(Vec::new());
+    }
+    if pointer.is_null() {
+        return None;
+    }
+    // SAFETY: as in `structure`.
+    let stride = unsafe { pointer.cast::<u32>().read_unaligned() } as usize;
+    let bytes = stride.checked_mul(count).filter(|bytes| isize::try_from(*bytes).is_ok())?;
+    // SAFETY: within the list, whose length was checked to be one that memory can have.
+    (0..bytes)
+        .step_by(stride.max(1))
+        .map(|at| unsafe { structure(pointer.cast::<u8>().add(at).cast()) })
+        .collect()
 }
 
 /// Writes a structure, as much as the caller knows of it; nothing to null. Its size stays the caller's.

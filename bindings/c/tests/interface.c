@@ -81,7 +81,6 @@ static uint64_t cube_world(overcoat *o, uint64_t *instance, uint64_t *material) 
     own.face_colors = colors;
     overcoat_material paint;
     OVERCOAT_INIT(paint);
-    overcoat_material_defaults(&paint);
     OK(overcoat_world_new(o, &world));
     OK(overcoat_add_mesh(o, world, &own, &mesh));
     OK(overcoat_add_material(o, world, &paint, material));
@@ -224,7 +223,6 @@ static void picks_and_changes(overcoat *o) {
 
     overcoat_material paint;
     OVERCOAT_INIT(paint);
-    overcoat_material_defaults(&paint);
     CHECK(paint.base_color[3] == 1 && paint.roughness == 1 && paint.size == sizeof paint);
     paint.coat = 2;
     FAILS(overcoat_set_material(o, world, material, &paint), OVERCOAT_OUT_OF_RANGE, "coat");
@@ -235,7 +233,7 @@ static void picks_and_changes(overcoat *o) {
 
     overcoat_light light;
     OVERCOAT_INIT(light);
-    overcoat_light_defaults(&light);
+    CHECK(light.intensity == 1 && light.direction[1] == -1 && light.size == sizeof light);
     uint64_t sun;
     OK(overcoat_add_light(o, world, &light, &sun));
     light.intensity = -1;
@@ -259,6 +257,66 @@ static void picks_and_changes(overcoat *o) {
     FAILS(overcoat_world_free(o, world), OVERCOAT_GONE, "world is not there");
     FAILS(overcoat_set_visible(o, world, instance, true), OVERCOAT_GONE, "world");
     OK(overcoat_world_free(o, elsewhere));
+}
+
+/* The hash of a small picture of a world. */
+static void hash_of(overcoat *o, uint64_t world, char *hash) {
+    overcoat_picture picture = small_picture();
+    picture.wants_hash = true;
+    static uint8_t pixels[64 * 48 * 4];
+    overcoat_target target = target_of(pixels, sizeof pixels, OVERCOAT_RGBA8);
+    overcoat_result result;
+    OVERCOAT_INIT(result);
+    OK(overcoat_render(o, world, NULL, &picture, &target, &result));
+    strcpy(hash, result.hash);
+}
+
+static void materials_have_texts(overcoat *o) {
+    /* A red and a blue pixel. */
+    static const uint8_t png[] = {
+        137, 80, 78, 71, 13, 10, 26, 10, 0, 0, 0, 13, 73, 72, 68, 82, 0, 0, 0, 2, 0, 0, 0, 1, 8, 2, 0, 0, 0, 123, 64,
+        232, 221, 0, 0, 0, 13, 73, 68, 65, 84, 120, 156, 99, 248, 207, 0, 4, 255, 1, 7, 0, 1, 255, 226, 35, 158, 89,
+        0, 0, 0, 0, 73, 69, 78, 68, 174, 66, 96, 130};
+    uint64_t instance, material, world = cube_world(o, &instance, &material);
+    char plain[33], candy[33], same[33], dark[33], coated[33];
+    hash_of(o, world, plain);
+    OK(overcoat_set_material_text(o, world, material, "candy-red", NULL, 0));
+    hash_of(o, world, candy);
+    CHECK(strcmp(plain, candy) != 0);
+    OK(overcoat_set_material_text(o, world, material, "over = true\ncoat_extinction = [0.1, 4, 4]", NULL, 0));
+    hash_of(o, world, dark);
+    CHECK(strcmp(candy, dark) != 0);
+    uint64_t other;
+    OK(overcoat_add_material_text(o, world, "base_color = [0.2, 0.3, 0.4]\nmodel = \"openpbr\"\ncoat = 1\ncoat_ior = 1.7", NULL, 0, &other));
+    OK(overcoat_set_instance_material(o, world, instance, other));
+    hash_of(o, world, coated);
+    CHECK(strcmp(coated, dark) != 0);
+
+    /* Textures come from memory; a second file stands where the size of the first says. */
+    overcoat_file files[2];
+    for (int k = 0; k < 2; k++) {
+        OVERCOAT_INIT(files[k]);
+        files[k].name = k ? "colors.png" : "unused.png";
+        files[k].bytes = png;
+        files[k].length = sizeof png;
+    }
+    const char *textured = "base_color_texture = \"colors.png\"\nroughness = 0.5";
+    OK(overcoat_set_material_text(o, world, other, textured, files, 2));
+    hash_of(o, world, same);
+    CHECK(strcmp(same, coated) != 0);
+    FAILS(overcoat_set_material_text(o, world, other, textured, files, 1), OVERCOAT_MALFORMED, "colors.png");
+    FAILS(overcoat_set_material_text(o, world, other, textured, NULL, 2), OVERCOAT_INVALID_ARGUMENT, "files: null");
+    FAILS(overcoat_set_material_text(o, world, other, textured, files, SIZE_MAX), OVERCOAT_INVALID_ARGUMENT, "files: null, too many");
+    files[1].name = NULL;
+    FAILS(overcoat_set_material_text(o, world, other, textured, files, 2), OVERCOAT_INVALID_ARGUMENT, "name is null");
+    FAILS(overcoat_set_material_text(o, world, other, "rougness = 1", NULL, 0), OVERCOAT_MALFORMED, "roughness");
+    FAILS(overcoat_set_material_text(o, world, other, "coat = 7", NULL, 0), OVERCOAT_MALFORMED, "coat");
+    FAILS(overcoat_set_material_text(o, world, other, NULL, NULL, 0), OVERCOAT_INVALID_ARGUMENT, "text: null");
+    FAILS(overcoat_set_material_text(o, world, 77777, "coat = 1", NULL, 0), OVERCOAT_GONE, "material");
+    FAILS(overcoat_add_material_text(o, 77777, "coat = 1", NULL, 0, &other), OVERCOAT_GONE, "world");
+    hash_of(o, world, coated);
+    CHECK(strcmp(same, coated) == 0);
+    OK(overcoat_world_free(o, world));
 }
 
 static void bad_meshes_and_files_are_refused(overcoat *o) {
@@ -391,6 +449,7 @@ int main(int count, char **arguments) {
     draws_the_picture_of_the_command(o, arguments[1], arguments[2]);
     formats_and_parts_agree(o);
     picks_and_changes(o);
+    materials_have_texts(o);
     bad_meshes_and_files_are_refused(o);
     refines_to_the_end(o);
     a_picture_is_stopped_from_elsewhere(o);

@@ -13,14 +13,14 @@ use crate::model::Model;
 use crate::options::{GivenRequest, Request, limits, loading, read};
 use crate::orbit::Orbit;
 use crate::renderer::{Renderer, format_of};
-use crate::world_materials::{clay, forget, lay, make};
+use crate::world_materials::{clay, lay, make};
 use numpy::PyReadonlyArray2;
 use overcoat::Scene;
 use overcoat::jobs::Jobs;
 use overcoat::load::{AnimatedModel, Context, Loaded, NoResolver, Warning};
 use overcoat::scene::{Environment, EnvironmentSource, Light, Transform};
 use overcoat::world::{
-    self, InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle, TextureHandle, WorldError,
+    self, InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle, WorldError,
 };
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -38,8 +38,6 @@ struct Kept {
     world: world::World,
     /// The scene as it is, until it changes.
     shown: Option<Py<Model>>,
-    /// Textures that came with a material, which go with it.
-    textures: BTreeMap<MaterialHandle, Vec<TextureHandle>>,
 }
 
 /// A matrix of 16 numbers by rows.
@@ -200,16 +198,7 @@ impl World {
     }
 
     fn remove_model(&self, model: u64) -> PyResult<()> {
-        self.change(|world| world.remove_model(ModelHandle::from_bits(model)))?;
-        // Textures of materials that went with it.
-        let mut kept = self.lock();
-        let Kept { world, textures, .. } = &mut *kept;
-        let gone: Vec<MaterialHandle> =
-            textures.keys().filter(|material| world.material(**material).is_err()).copied().collect();
-        for own in gone.iter().filter_map(|material| textures.remove(material)).collect::<Vec<_>>() {
-            forget(world, own);
-        }
-        Ok(())
+        self.change(|world| world.remove_model(ModelHandle::from_bits(model)))
     }
 
     fn model_transform(&self, model: u64) -> PyResult<Matrix> {
@@ -315,8 +304,7 @@ impl World {
         let textures = self.lock().world.scene().textures().to_vec();
         let (made, warnings) =
             renderer.get().pool.with(py, |renderer| make(clay(), &textures, &request, renderer.jobs()))?;
-        let (handle, own) = self.change(|world| made.add(world))?;
-        self.lock().textures.insert(handle, own);
+        let handle = self.change(|world| world.add_textured_material(made))?;
         Ok((handle.to_bits(), warnings))
     }
 
@@ -333,18 +321,8 @@ impl World {
         let textures = self.lock().world.scene().textures().to_vec();
         let (made, warnings) =
             renderer.get().pool.with(py, |renderer| make(over, &textures, &request, renderer.jobs()))?;
-        let done = {
-            let mut kept = self.lock();
-            kept.shown = None;
-            let old = kept.textures.remove(&handle).unwrap_or_default();
-            let (own, done) = match made.replace(&mut kept.world, handle, old) {
-                Ok(own) => (own, Ok(warnings)),
-                Err((error, old)) => (old, Err(error)),
-            };
-            kept.textures.insert(handle, own);
-            done
-        };
-        done.map_err(|e| errors::world(&e))
+        self.change(|world| world.set_textured_material(handle, made))?;
+        Ok(warnings)
     }
 
     fn material_name(&self, material: u64) -> PyResult<String> {
@@ -352,13 +330,7 @@ impl World {
     }
 
     fn remove_material(&self, material: u64) -> PyResult<()> {
-        let handle = MaterialHandle::from_bits(material);
-        self.change(|world| world.remove_material(handle))?;
-        let mut kept = self.lock();
-        let own = kept.textures.remove(&handle).unwrap_or_default();
-        // A material of a model may read them by now: then they stay with nobody.
-        forget(&mut kept.world, own);
-        Ok(())
+        self.change(|world| world.remove_material(MaterialHandle::from_bits(material)))
     }
 
     fn add_instance(&self, mesh: u64, material: u64, matrix: PyReadonlyArray2<'_, f64>) -> PyResult<u64> {

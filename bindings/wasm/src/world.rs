@@ -5,7 +5,7 @@ use crate::arrays::{MeshArrays, transform};
 use crate::files::Files;
 use crate::model::about;
 use crate::picture::Picture;
-use crate::world_materials::{Textures, clay, made};
+use crate::world_materials::{clay, made};
 use crate::{about_options, limits, of_description, of_world, planes, sentence};
 use js_sys::Array;
 use overcoat::description::{Description, Machine, Materials};
@@ -36,8 +36,6 @@ pub struct World {
     world: overcoat::world::World,
     limits: Limits,
     renderer: Renderer,
-    /// Textures that came with a material, which go with it.
-    textures: Textures,
     /// Features that pictures of it lack.
     warnings: BTreeMap<About, Vec<Warning>>,
     /// The last view, with its description, while nothing has changed: framing visits every triangle.
@@ -66,7 +64,6 @@ impl World {
             world: overcoat::world::World::new(),
             limits,
             renderer: Renderer::new(1),
-            textures: Textures::default(),
             warnings: BTreeMap::new(),
             view: None,
         })
@@ -182,7 +179,7 @@ impl World {
         let files = Files::new(names, contents)?;
         let context = files.context(&self.limits, self.renderer.jobs());
         let (made, warnings) = made(source, clay(), self.world.scene(), &context)?;
-        let handle = self.textures.add(made, &mut self.world).map_err(of_world)?;
+        let handle = self.world.add_textured_material(made).map_err(of_world)?;
         self.warnings.insert(About::Material(handle), warnings);
         Ok(handle.to_bits())
     }
@@ -204,7 +201,7 @@ impl World {
         let files = Files::new(names, contents)?;
         let context = files.context(&self.limits, self.renderer.jobs());
         let (made, warnings) = made(source, over, self.world.scene(), &context)?;
-        self.textures.replace(made, &mut self.world, handle).map_err(of_world)?;
+        self.world.set_textured_material(handle, made).map_err(of_world)?;
         self.warnings.insert(About::Material(handle), warnings);
         Ok(())
     }
@@ -348,8 +345,7 @@ impl World {
             "light" => world.remove_light(LightHandle::from_bits(handle)).map_err(of_world)?,
             _ => world.remove_material(MaterialHandle::from_bits(handle)).map_err(of_world)?,
         }
-        let gone = self.textures.forget(world);
-        self.warnings.retain(|about, _| !matches!(about, About::Material(m) if gone.contains(m)));
+        self.warnings.retain(|about, _| !matches!(about, About::Material(m) if world.material(*m).is_err()));
         Ok(())
     }
 

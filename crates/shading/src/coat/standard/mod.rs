@@ -358,9 +358,9 @@ pub fn surface<L: Lanes>(
         let darkening = darkening(l, data, coat, mean_roughness, (normal, view), table);
         let one = Vec3::splat(l, [1.0; 3]);
         let specular = one.lerp(darkening.specular, strength);
-        reflectance.normal = reflectance.normal * specular;
-        reflectance.grazing = reflectance.grazing * specular;
-        lambert = lambert * one.lerp(darkening.lambert, strength);
+        reflectance.normal *= specular;
+        reflectance.grazing *= specular;
+        lambert *= one.lerp(darkening.lambert, strength);
         // The colours of a film stay those of the view outside.
         if data.iridescence.is_none() {
             left = left.lerp(darkening.left, strength);
