@@ -3,6 +3,7 @@
 use super::app::App;
 use super::cache::Picture;
 use super::error::{Kind, Problem, Told};
+use super::options::PRICE;
 use super::render::Answer;
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
@@ -25,6 +26,8 @@ pub struct Wishes<'a> {
     pub headers: &'a HeaderMap,
     /// The format was chosen by `Accept`.
     pub negotiated: bool,
+    /// Price of the picture in units.
+    pub price: u64,
 }
 
 impl Wishes<'_> {
@@ -121,6 +124,7 @@ fn whole(
 fn common_headers(app: &App, wishes: &Wishes<'_>, key: &str, headers: &mut HeaderMap) {
     set(headers, header::ETAG, &etag(key));
     set(headers, header::CACHE_CONTROL, &app.args.cache_control);
+    headers.insert(PRICE, wishes.price.into());
     if wishes.negotiated {
         set(headers, header::VARY, "Accept");
     }
@@ -180,7 +184,7 @@ mod tests {
     fn range(text: &str, length: usize) -> Result<Option<(usize, usize)>, Kind> {
         let mut headers = HeaderMap::new();
         headers.insert(header::RANGE, text.parse().unwrap());
-        let wishes = Wishes { method: &Method::GET, headers: &headers, negotiated: false };
+        let wishes = Wishes { method: &Method::GET, headers: &headers, negotiated: false, price: 1 };
         wishes.range("k", length).map_err(|problem| problem.kind)
     }
 
@@ -214,7 +218,7 @@ mod tests {
         let mut headers = HeaderMap::new();
         headers.insert(header::IF_NONE_MATCH, "\"a\", W/\"b\"".parse().unwrap());
         let has =
-            |method: &Method, key: &str| Wishes { method, headers: &headers, negotiated: false }.has(key);
+            |method: &Method, key: &str| Wishes { method, headers: &headers, negotiated: false, price: 1 }.has(key);
         assert!(has(&Method::GET, "a") && has(&Method::HEAD, "b"));
         assert!(!has(&Method::GET, "c") && !has(&Method::POST, "a"));
     }

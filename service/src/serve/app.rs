@@ -5,20 +5,21 @@ use super::body::Bodies;
 use super::cache::{Cache, Picture};
 use super::error::Problem;
 use super::failures::Failures;
+use super::fair::{Client, Priority};
 use super::flight::Flights;
-use super::gate::Gate;
+use super::gate::{Gate, Order};
 use super::metrics::Metrics;
-use super::options::{Options, Rules};
+use super::offers::Preset;
+use super::options::Rules;
 use super::path::options_of_preset;
 use super::recent::Recent;
 use super::sign::Signer;
 use super::source::Sources;
+use super::trace::Trace;
 use crate::common::Common;
 use crate::key::Keys;
 use crate::pool::{Pool, PoolOptions, TimeLimits};
 use overcoat_cli::worker::protocol::Start;
-use serde_json::Value;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::time::Duration;
@@ -101,31 +102,31 @@ impl App {
             args,
         })
     }
+
+    /// The turn of a request that costs so much.
+    #[must_use]
+    pub fn order(&self, trace: &Trace, price: u64, priority: Option<Priority>) -> Order {
+        Order {
+            client: Client::of(trace.client()),
+            priority: priority.unwrap_or_default(),
+            price,
+            workers: self.args.client_workers.unwrap_or(usize::MAX),
+        }
+    }
 }
 
 fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
-    let common = match &start.description {
-        Value::Object(common) => common.clone(),
-        _ => serde_json::Map::new(),
-    };
-    let mut rules = Rules {
-        common,
-        limits: args.draw.input.limits.limits(),
-        max_size: args.max_size,
-        format: args.encoding.output_format.unwrap_or_default(),
-        jpeg_quality: args.encoding.jpeg_quality,
-        presets: BTreeMap::new(),
-    };
+    let mut rules = Rules::new(&start.description, args.draw.input.limits.limits(), &args.encoding);
+    (rules.max_size, rules.max_price) = (args.max_size, args.max_price);
+    if let Some(path) = &args.presets {
+        rules.add_file(path).map_err(|e| format!("--presets {e}"))?;
+    }
     for text in &args.preset {
         let about = |reason: String| format!("--preset {text}: {reason}");
         let (name, options) =
             text.split_once('=').ok_or_else(|| about("expected NAME=OPTIONS".to_owned()))?;
         let pairs = options_of_preset(options).map_err(about)?;
-        // Errors in a preset are found now, and not by every request.
-        let mut asked = Options::default();
-        let set = pairs.iter().try_for_each(|(key, text)| asked.set(key, text, &rules));
-        set.and_then(|()| asked.request(rules.format, &rules)).map_err(|problem| about(problem.message))?;
-        rules.presets.insert(name.trim().to_owned(), pairs);
+        rules.add_preset(name.trim(), Preset { pairs, priority: None }).map_err(about)?;
     }
     Ok(rules)
 }

@@ -78,6 +78,16 @@ pub struct ServeArgs {
     #[arg(long, value_name = "NAME=OPTIONS", help_heading = "Pictures")]
     pub preset: Vec<String>,
 
+    /// File of offers (TOML): presets as tables, options that requests may use beside them and their values, and whether presets are
+    /// all that is offered
+    #[arg(long, value_name = "FILE", help_heading = "Pictures")]
+    pub presets: Option<PathBuf>,
+
+    /// Units that a request may cost; a unit is about 10 ms of one processor, and answers tell the price (Overcoat-Price) [default: any
+    /// number]
+    #[arg(long, value_name = "UNITS", value_parser = within::<u64>(1, u64::MAX), help_heading = "Pictures")]
+    pub max_price: Option<u64>,
+
     /// Where pictures are kept: a folder, or the URL of a prefix (s3://, gs://, az://) [default: nowhere]
     #[arg(id = "pictures", long = "cache", value_name = "DIR|URL", help_heading = "Cache")]
     pub cache: Option<String>,
@@ -135,6 +145,10 @@ pub struct ServeArgs {
     /// Seconds that a request waits for a worker
     #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = within::<f64>(0.01, 1e6), help_heading = "Workers")]
     pub queue_seconds: f64,
+
+    /// Workers that one client may have at a time; the queue is fair by client and price in any case [default: all of them]
+    #[arg(long, value_name = "N", value_parser = within::<usize>(1, 4096), help_heading = "Workers")]
+    pub client_workers: Option<usize>,
 
     /// Processes that draw, each with --threads threads (1 unless given) [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = within::<usize>(1, 4096), help_heading = "Workers")]

@@ -16,6 +16,10 @@ const LONGEST_MESSAGE: usize = 500;
 pub enum Kind {
     /// An option is unknown, not allowed, or out of its range.
     Options,
+    /// A preset that does not exist.
+    Preset,
+    /// An option, or a value of it, that the operator does not offer.
+    NotOffered,
     /// A path without a signature where one is needed.
     Unsigned,
     /// A signature that no key makes.
@@ -40,6 +44,8 @@ pub enum Kind {
     Model,
     /// The model, or the picture, needs more than a limit of the renderer allows.
     Limit,
+    /// The picture costs more units than a request may.
+    Price,
     /// The model needs more memory than a worker may take.
     Memory,
     /// The worker ended.
@@ -65,6 +71,8 @@ impl Kind {
     #[cfg(test)]
     pub const ALL: &[Self] = &[
         Self::Options,
+        Self::Preset,
+        Self::NotOffered,
         Self::Unsigned,
         Self::Signature,
         Self::Source,
@@ -77,6 +85,7 @@ impl Kind {
         Self::Range,
         Self::Model,
         Self::Limit,
+        Self::Price,
         Self::Memory,
         Self::Worker,
         Self::SourceFailed,
@@ -103,6 +112,8 @@ impl Kind {
     fn row(self) -> (StatusCode, &'static str) {
         match self {
             Self::Options => (StatusCode::BAD_REQUEST, "options"),
+            Self::Preset => (StatusCode::BAD_REQUEST, "preset"),
+            Self::NotOffered => (StatusCode::BAD_REQUEST, "not_offered"),
             Self::Unsigned => (StatusCode::UNAUTHORIZED, "unsigned"),
             Self::Signature => (StatusCode::FORBIDDEN, "signature"),
             Self::Source => (StatusCode::FORBIDDEN, "source"),
@@ -115,6 +126,7 @@ impl Kind {
             Self::Range => (StatusCode::RANGE_NOT_SATISFIABLE, "range"),
             Self::Model => (StatusCode::UNPROCESSABLE_ENTITY, "model"),
             Self::Limit => (StatusCode::UNPROCESSABLE_ENTITY, "limit"),
+            Self::Price => (StatusCode::UNPROCESSABLE_ENTITY, "price"),
             Self::Memory => (StatusCode::UNPROCESSABLE_ENTITY, "memory"),
             Self::Worker => (StatusCode::INTERNAL_SERVER_ERROR, "worker"),
             Self::SourceFailed => (StatusCode::BAD_GATEWAY, "source_failed"),

@@ -55,6 +55,7 @@ pub struct Metrics {
     timed_out: Counter,
     remembered: Counter,
     worked: Counter<f64, AtomicU64>,
+    units: Counter,
 }
 
 impl Default for Metrics {
@@ -76,6 +77,7 @@ impl Default for Metrics {
             timed_out: Counter::default(),
             remembered: Counter::default(),
             worked: Counter::default(),
+            units: Counter::default(),
         };
         metrics.register();
         metrics
@@ -124,6 +126,7 @@ impl Metrics {
             "Workers that were ended because they took too long",
             self.timed_out.clone(),
         );
+        registry.register("units", "Price of the work that workers were given", self.units.clone());
         registry.register("worker_cpu_seconds", "Processor time of workers", self.worked.clone());
         registry.register(
             "failures_remembered",
@@ -135,6 +138,11 @@ impl Metrics {
     /// Workers have spent processor time.
     pub fn worked(&self, time: Option<Duration>) {
         self.worked.inc_by(time.unwrap_or_default().as_secs_f64());
+    }
+
+    /// Work of so many units has a worker.
+    pub fn units(&self, price: u64) {
+        self.units.inc_by(price);
     }
 
     /// A failure of a short while ago has answered a request.

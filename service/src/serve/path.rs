@@ -72,6 +72,10 @@ pub fn options_of_preset(text: &str) -> Result<Vec<(String, String)>, String> {
 }
 
 fn option(options: &mut Options, segment: &str, rules: &Rules) -> Result<(), Problem> {
+    // A preset by its name alone.
+    if rules.presets.contains_key(segment) {
+        return options.set("preset", segment, rules);
+    }
     pairs_of(segment)?.iter().try_for_each(|(key, text)| options.set(key, text, rules))
 }
 
@@ -121,11 +125,12 @@ mod tests {
         assert_eq!(asked.source, "local://a/b c.glb");
         assert_eq!(asked.options.format, Some(OutputFormat::WebP));
         assert_eq!(asked.options.size(), Some([64, 32]));
-        let request = asked.options.request(OutputFormat::WebP, &rules()).unwrap();
+        let (request, _) = asked.options.request(OutputFormat::WebP, &rules()).unwrap();
         assert_eq!(request.keys["quality"], "good");
         assert_eq!(request.keys["camera"]["view"], "front");
         let plain = read("/plain/https://x.org/a@b/c.glb?v=1", &rules()).unwrap();
         assert_eq!((plain.source.as_str(), plain.options.format), ("https://x.org/a@b/c.glb?v=1", None));
+        assert_eq!(read("/thumb/plain/a", &rules()).unwrap(), read("/preset:thumb/plain/a", &rules()).unwrap());
         let short = read("/pr:thumb/rs:fit:100:50/q:80/cb:3/plain/local://a.glb@jpg", &rules()).unwrap();
         assert_eq!(short.options.size(), Some([100, 50]));
         assert_eq!(signed_part("/abc/size:1/plain/x"), Some(("abc", "/size:1/plain/x")));

@@ -49,6 +49,7 @@ struct Seen {
     file: Option<String>,
     preset: Option<String>,
     options: Option<String>,
+    price: Option<u64>,
     model: Option<String>,
     /// Bytes of a model that is no body.
     fetched: u64,
@@ -101,6 +102,12 @@ impl Trace {
         self.route
     }
 
+    /// Address of its client.
+    #[must_use]
+    pub fn client(&self) -> Option<IpAddr> {
+        self.client
+    }
+
     /// The model comes in the body, in a file of this name as far as the client tells one.
     pub fn upload(&self, file: &str) {
         let mut seen = self.seen();
@@ -118,11 +125,17 @@ impl Trace {
         self.seen().fetched = bytes as u64;
     }
 
-    /// The options of its picture.
-    pub fn options(&self, options: &Options, request: &PictureRequest) {
+    /// The options of its picture, and what it costs.
+    pub fn options(&self, options: &Options, request: &PictureRequest, price: u64) {
         let mut seen = self.seen();
+        seen.price = Some(price);
         seen.preset = options.preset.as_deref().map(|name| escaped(name, LONGEST));
         seen.options = Some(escaped(&canonical::query(request), LONGEST));
+    }
+
+    /// Price of the request in units.
+    pub fn price(&self, price: u64) {
+        self.seen().price = Some(price);
     }
 
     /// BLAKE3 of the model.
@@ -162,6 +175,7 @@ impl Trace {
             file: seen.file.take(),
             preset: seen.preset.take(),
             options: seen.options.take(),
+            price: seen.price,
             model: seen.model.take(),
             key: told.key.clone(),
             bytes_in: self.received.load(Relaxed) + seen.fetched,
@@ -203,6 +217,8 @@ pub struct Line {
     pub preset: Option<String>,
     /// Options of the picture as a query in one order.
     pub options: Option<String>,
+    /// Price in units.
+    pub price: Option<u64>,
     /// BLAKE3 of the model's file.
     pub model: Option<String>,
     /// Content key of the picture.
@@ -247,6 +263,7 @@ impl Line {
             file = self.file,
             preset = self.preset,
             options = self.options,
+            price = self.price,
             model = self.model,
             key = self.key,
             bytes_in = self.bytes_in,
