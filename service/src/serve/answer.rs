@@ -28,6 +28,8 @@ pub struct Wishes<'a> {
     pub negotiated: bool,
     /// Price of the picture in units.
     pub price: u64,
+    /// Seconds until the path expires.
+    pub seconds: Option<u64>,
 }
 
 impl Wishes<'_> {
@@ -123,7 +125,11 @@ fn whole(
 
 fn common_headers(app: &App, wishes: &Wishes<'_>, key: &str, headers: &mut HeaderMap) {
     set(headers, header::ETAG, &etag(key));
-    set(headers, header::CACHE_CONTROL, &app.args.cache_control);
+    let cached = &app.args.cache_control;
+    match wishes.seconds {
+        Some(seconds) => set(headers, header::CACHE_CONTROL, &no_longer_than(cached, seconds)),
+        None => set(headers, header::CACHE_CONTROL, cached),
+    }
     headers.insert(PRICE, wishes.price.into());
     if wishes.negotiated {
         set(headers, header::VARY, "Accept");
@@ -137,6 +143,23 @@ fn set(headers: &mut HeaderMap, name: HeaderName, value: &str) {
     if let Ok(value) = HeaderValue::from_str(value) {
         headers.insert(name, value);
     }
+}
+
+/// A Cache-Control by which nothing is fresh for longer (RFC 9111, 5.2.2): an answer without an age of its own gets one.
+fn no_longer_than(control: &str, seconds: u64) -> String {
+    let mut has_age = false;
+    let mut parts: Vec<String> = Vec::new();
+    for part in control.split(',').map(str::trim).filter(|part| !part.is_empty()) {
+        let (name, value) = part.split_once('=').unwrap_or((part, ""));
+        let is_age = ["max-age", "s-maxage"].iter().any(|age| name.eq_ignore_ascii_case(age));
+        has_age |= is_age || name.eq_ignore_ascii_case("no-store");
+        let own = value.trim_matches('"').parse::<u64>().unwrap_or(0);
+        parts.push(if is_age { format!("{name}={}", own.min(seconds)) } else { part.to_owned() });
+    }
+    if !has_age {
+        parts.push(format!("max-age={seconds}"));
+    }
+    parts.join(", ")
 }
 
 /// Milliseconds by stage, as browsers show them.
@@ -184,7 +207,7 @@ mod tests {
     fn range(text: &str, length: usize) -> Result<Option<(usize, usize)>, Kind> {
         let mut headers = HeaderMap::new();
         headers.insert(header::RANGE, text.parse().unwrap());
-        let wishes = Wishes { method: &Method::GET, headers: &headers, negotiated: false, price: 1 };
+        let wishes = Wishes { method: &Method::GET, headers: &headers, negotiated: false, price: 1, seconds: None };
         wishes.range("k", length).map_err(|problem| problem.kind)
     }
 
@@ -199,6 +222,19 @@ mod tests {
         assert_eq!(range("bytes=-0", 10), Err(Kind::Range));
         for odd in ["bytes=3-1", "bytes=0-1,3-4", "lines=1-2", "bytes=a-b", "bytes=-"] {
             assert_eq!(range(odd, 10), Ok(None), "{odd}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_fresh_for_longer_than_its_path() {
+        for (control, told) in [
+            ("public, max-age=3600", "public, max-age=60"),
+            ("private, max-age=5, s-maxage=\"99\", immutable", "private, max-age=5, s-maxage=60, immutable"),
+            ("no-store", "no-store"),
+            ("", "max-age=60"),
+            ("max-age=x", "max-age=0"),
+        ] {
+            assert_eq!(no_longer_than(control, 60), told, "{control}");
         }
     }
 
@@ -218,7 +254,7 @@ mod tests {
         let mut headers = HeaderMap::new();
         headers.insert(header::IF_NONE_MATCH, "\"a\", W/\"b\"".parse().unwrap());
         let has =
-            |method: &Method, key: &str| Wishes { method, headers: &headers, negotiated: false, price: 1 }.has(key);
+            |method: &Method, key: &str| Wishes { method, headers: &headers, negotiated: false, price: 1, seconds: None }.has(key);
         assert!(has(&Method::GET, "a") && has(&Method::HEAD, "b"));
         assert!(!has(&Method::GET, "c") && !has(&Method::POST, "a"));
     }

@@ -3,16 +3,19 @@
 use super::args::ServeArgs;
 use super::body::Bodies;
 use super::cache::{Cache, Picture};
+use super::clock::Clock;
 use super::error::Problem;
 use super::failures::Failures;
 use super::fair::{Client, Priority};
 use super::flight::Flights;
-use super::gate::{Gate, Order};
+use super::gate::{Gate, Order, Place};
 use super::metrics::Metrics;
 use super::offers::Preset;
-use super::options::Rules;
+use super::options::{Rules, too_dear};
 use super::path::options_of_preset;
+use super::quota::Quotas;
 use super::recent::Recent;
+use super::rights::{self, Rights};
 use super::sign::Signer;
 use super::source::Sources;
 use super::trace::Trace;
@@ -20,9 +23,9 @@ use crate::common::Common;
 use crate::key::Keys;
 use crate::pool::{Pool, PoolOptions, TimeLimits};
 use overcoat_cli::worker::protocol::Start;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use std::time::Duration;
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::{Duration, Instant};
 
 /// Bytes of a picture that a worker may hand over.
 const LARGEST_PICTURE: u64 = 1 << 30;
@@ -53,6 +56,12 @@ pub struct App {
     pub cache: Cache,
     /// Counters and histograms.
     pub metrics: Arc<Metrics>,
+    /// Holders of keys.
+    rights: RwLock<Arc<Rights>>,
+    /// Units that they have spent.
+    pub quotas: Quotas,
+    /// Time of day.
+    clock: Clock,
     /// Check of the signatures of paths.
     pub signer: Signer,
     /// Sources of the models of paths.
@@ -93,6 +102,9 @@ impl App {
             cache: Cache::new(args.cache.as_deref(), args.cache_bytes, Arc::clone(&metrics))
                 .map_err(|e| format!("--cache {e}"))?,
             metrics,
+            rights: RwLock::new(Arc::new(rights_of(&args)?)),
+            quotas: Quotas::default(),
+            clock: Clock::default(),
             signer: Signer::new(&args.key, &args.salt, args.allow_unsigned)?,
             sources: Arc::new(sources),
             bodies: Bodies::new(args.max_body, seconds(args.body_seconds), args.body_rate, args.body_memory),
@@ -104,15 +116,80 @@ impl App {
     }
 
     /// The turn of a request that costs so much.
-    #[must_use]
-    pub fn order(&self, trace: &Trace, price: u64, priority: Option<Priority>) -> Order {
-        Order {
-            client: Client::of(trace.client()),
-            priority: priority.unwrap_or_default(),
+    ///
+    /// # Errors
+    /// [`Kind::Price`](super::error::Kind::Price) if it is too dear for its key.
+    pub fn order(&self, trace: &Trace, price: u64, priority: Option<Priority>) -> Result<Order, Problem> {
+        let holder = trace.holder();
+        if let Some(most) = holder.and_then(|holder| holder.max_price).filter(|most| price > *most) {
+            return Err(too_dear(price, most));
+        }
+        Ok(Order {
+            client: holder
+                .map_or_else(|| Client::of(trace.client()), |holder| Client::Holder(Arc::clone(&holder.name))),
+            priority: priority.or_else(|| holder?.priority).unwrap_or_default(),
             price,
-            workers: self.args.client_workers.unwrap_or(usize::MAX),
+            workers: holder
+                .and_then(|holder| holder.workers)
+                .or(self.args.client_workers)
+                .unwrap_or(usize::MAX),
+        })
+    }
+
+    /// Takes a place in the queue, and the units of the request from the quota of its key.
+    ///
+    /// # Errors
+    /// [`Problem`] of the quota or of the queue, which takes no units.
+    pub fn enter(&self, trace: &Trace, order: &Order) -> Result<Place, Problem> {
+        if let Some(holder) = trace.holder()
+            && let Some(left) = self.quotas.take(holder, order.price, Instant::now())?
+        {
+            trace.units_left(left);
+        }
+        self.gate.enter(order).inspect_err(|_| self.give_back(trace, order))
+    }
+
+    /// Gives back the units of a request that no worker was given.
+    pub fn give_back(&self, trace: &Trace, order: &Order) {
+        if let Some(holder) = trace.holder() {
+            self.quotas.give_back(holder, order.price);
         }
     }
+
+    /// Holders of keys.
+    #[must_use]
+    pub fn rights(&self) -> Arc<Rights> {
+        Arc::clone(&self.rights.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Reads the file of keys again. Returns the number of holders.
+    ///
+    /// # Errors
+    /// One line; those that are known stay.
+    pub fn read_rights(&self) -> Result<usize, String> {
+        let rights = rights_of(&self.args)?;
+        let count = rights.count();
+        self.quotas.keep(|name| rights.has(name));
+        *self.rights.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(rights);
+        Ok(count)
+    }
+
+    /// Seconds since 1970, which never go back.
+    #[must_use]
+    pub fn seconds(&self) -> u64 {
+        let (seconds, has_jumped) = self.clock.seconds();
+        if has_jumped {
+            self.metrics.clock_jumped();
+            tracing::warn!("the clock of the system has jumped back and is not followed");
+        }
+        seconds
+    }
+}
+
+/// Holders of keys, of the file and of the environment.
+fn rights_of(args: &ServeArgs) -> Result<Rights, String> {
+    let variable = std::env::var(rights::VARIABLE).ok();
+    Rights::read(args.bearer_keys.as_deref(), variable.as_deref())
 }
 
 fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {

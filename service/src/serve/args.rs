@@ -1,10 +1,10 @@
 //! The options of `overcoat serve`.
 
+use super::socket::Address;
 use crate::batch::args::bytes;
 use clap::{Arg, Args};
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
 use overcoat_cli::value_parsers::within;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// `overcoat serve`
@@ -26,13 +26,13 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FILE", help_heading = None::<&str>)]
     pub config: Option<PathBuf>,
 
-    /// Address and port that are listened on, or a port of this machine alone; port 0 takes a free one, which is printed
-    #[arg(long, value_name = "[ADDRESS:]PORT", default_value = "127.0.0.1:8080", value_parser = address, help_heading = None::<&str>)]
-    pub listen: SocketAddr,
+    /// Address and port that are listened on, a port of this machine alone, or unix:PATH; port 0 takes a free one, which is printed
+    #[arg(long, value_name = "[ADDRESS:]PORT", default_value = "127.0.0.1:8080", value_parser = Address::parse, help_heading = None::<&str>)]
+    pub listen: Address,
 
     /// Address and port for metrics and health alone, as of --listen; /metrics is not on the other port then
-    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address, help_heading = "Connections")]
-    pub metrics_listen: Option<SocketAddr>,
+    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = Address::parse, help_heading = "Connections")]
+    pub metrics_listen: Option<Address>,
 
     /// Connections at a time; further ones wait
     #[arg(long, value_name = "N", default_value = "1024", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]
@@ -103,6 +103,19 @@ pub struct ServeArgs {
     /// Salt of signatures, hexadecimal; as many as there are keys
     #[arg(long, value_name = "HEX", value_delimiter = ',', hide_env_values = true, help_heading = "Sources")]
     pub salt: Vec<String>,
+
+    /// File of bearer keys (TOML) with their holders, limits and quotas; SIGHUP reads it again. OVERCOAT_BEARER has keys beside it:
+    /// NAME=KEY, with commas [default: none, nobody needs a key]
+    #[arg(long, value_name = "FILE", help_heading = "Rights")]
+    pub bearer_keys: Option<PathBuf>,
+
+    /// Requests that need a bearer key, where there are any: uploads, or all for which a worker is needed
+    #[arg(long, value_name = "WHICH", default_value = "uploads", value_parser = ["uploads", "all"], help_heading = "Rights")]
+    pub bearer_for: String,
+
+    /// Pages of this origin may use the service (CORS): https://example.com, or * for all; may be repeated [default: none]
+    #[arg(long, value_name = "ORIGIN", value_delimiter = ',', value_parser = super::cors::origin, help_heading = "Rights")]
+    pub cors_origin: Vec<String>,
 
     /// Print a path, from its options on, with its signature by the first key, and end: /size:256/plain/local://car.glb@png
     #[arg(long, value_name = "PATH", help_heading = "Sources")]
@@ -215,18 +228,9 @@ fn header(text: &str) -> Result<String, String> {
     }
 }
 
-/// Reads an address with a port. A port alone, and `localhost`, are the loopback address of IPv4.
-fn address(text: &str) -> Result<SocketAddr, String> {
-    let port = text.strip_prefix("localhost:").unwrap_or(text);
-    if let Ok(port) = port.parse::<u16>() {
-        return Ok(SocketAddr::from(([127, 0, 0, 1], port)));
-    }
-    text.parse().map_err(|_| "no address with a port, such as 0.0.0.0:8080, [::1]:8080 or 8080".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{ServeArgs, address};
+    use super::ServeArgs;
     use clap::{Args, Command, FromArgMatches};
 
     /// Debug builds of clap look for options of one name.
@@ -238,16 +242,5 @@ mod tests {
         assert_eq!(ServeArgs::from_arg_matches(&given).unwrap().cache.as_deref(), Some("s3://bucket/x"));
         let refused = command.try_get_matches_from(["serve", "--environment-cache", "x"]).unwrap_err();
         assert!(refused.to_string().contains("workers reach no folder"), "{refused}");
-    }
-
-    #[test]
-    fn addresses_may_be_ports_alone() {
-        for text in ["8080", "localhost:8080", "127.0.0.1:8080"] {
-            assert_eq!(address(text).unwrap().to_string(), "127.0.0.1:8080", "{text}");
-        }
-        assert_eq!(address("[::1]:0").unwrap().to_string(), "[::1]:0");
-        for text in ["", "example.org:80", "localhost", "70000", "127.0.0.1"] {
-            assert!(address(text).is_err(), "{text}");
-        }
     }
 }

@@ -30,7 +30,7 @@ pub fn unknown_variables(
     let known: Vec<String> =
         serve.get_arguments().filter_map(|option| option.get_long()).map(variable_of).collect();
     let of_others = |name: &str| {
-        ["OVERCOAT_CORPUS", "OVERCOAT_MACHINES", "OVERCOAT_PORT", "OVERCOAT_REFERENCE", "OVERCOAT_SERVICE_"]
+        ["OVERCOAT_BEARER", "OVERCOAT_CORPUS", "OVERCOAT_MACHINES", "OVERCOAT_PORT", "OVERCOAT_REFERENCE", "OVERCOAT_SERVICE_"]
             .iter()
             .any(|start| name.starts_with(start))
             || name.ends_with("_BINARY")
@@ -43,6 +43,18 @@ pub fn unknown_variables(
     unknown.into_iter().map(move |name| {
         let near = suggestion(nearest_name(&name, known.iter().map(String::as_str)));
         format!("{name}: there is no such option{near}")
+    })
+}
+
+/// Warnings about secrets that stand on the command line, which every user of the machine can read.
+pub fn visible_secrets(given: &ArgMatches) -> impl Iterator<Item = String> {
+    let serve = given.subcommand_matches("serve");
+    let visible = move |name: &&str| {
+        serve.is_some_and(|serve| serve.value_source(name) == Some(ValueSource::CommandLine))
+    };
+    ["key", "salt"].into_iter().filter(visible).map(|name| {
+        let variable = variable_of(name);
+        format!("--{name} on the command line is visible to all users of this machine; {variable} or a file is not")
     })
 }
 

@@ -24,6 +24,16 @@ pub enum Kind {
     Unsigned,
     /// A signature that no key makes.
     Signature,
+    /// A signed path whose time is over.
+    Expired,
+    /// No key where one is needed.
+    NoKey,
+    /// A key that nobody has.
+    Key,
+    /// A key whose time is over.
+    KeyExpired,
+    /// A page of an origin that is not allowed.
+    Origin,
     /// A source that is not allowed.
     Source,
     /// No such route, or no such source.
@@ -52,6 +62,8 @@ pub enum Kind {
     Worker,
     /// The source cannot be read.
     SourceFailed,
+    /// The quota of the key is spent.
+    Quota,
     /// The queue is full.
     QueueFull,
     /// No worker was free in time, or there is no memory for another body.
@@ -75,6 +87,11 @@ impl Kind {
         Self::NotOffered,
         Self::Unsigned,
         Self::Signature,
+        Self::Expired,
+        Self::NoKey,
+        Self::Key,
+        Self::KeyExpired,
+        Self::Origin,
         Self::Source,
         Self::NotFound,
         Self::Method,
@@ -89,6 +106,7 @@ impl Kind {
         Self::Memory,
         Self::Worker,
         Self::SourceFailed,
+        Self::Quota,
         Self::QueueFull,
         Self::Busy,
         Self::Stopping,
@@ -116,6 +134,11 @@ impl Kind {
             Self::NotOffered => (StatusCode::BAD_REQUEST, "not_offered"),
             Self::Unsigned => (StatusCode::UNAUTHORIZED, "unsigned"),
             Self::Signature => (StatusCode::FORBIDDEN, "signature"),
+            Self::Expired => (StatusCode::GONE, "expired"),
+            Self::NoKey => (StatusCode::UNAUTHORIZED, "no_key"),
+            Self::Key => (StatusCode::UNAUTHORIZED, "key"),
+            Self::KeyExpired => (StatusCode::UNAUTHORIZED, "key_expired"),
+            Self::Origin => (StatusCode::FORBIDDEN, "origin"),
             Self::Source => (StatusCode::FORBIDDEN, "source"),
             Self::NotFound => (StatusCode::NOT_FOUND, "not_found"),
             Self::Method => (StatusCode::METHOD_NOT_ALLOWED, "method"),
@@ -130,6 +153,7 @@ impl Kind {
             Self::Memory => (StatusCode::UNPROCESSABLE_ENTITY, "memory"),
             Self::Worker => (StatusCode::INTERNAL_SERVER_ERROR, "worker"),
             Self::SourceFailed => (StatusCode::BAD_GATEWAY, "source_failed"),
+            Self::Quota => (StatusCode::TOO_MANY_REQUESTS, "quota"),
             Self::QueueFull => (StatusCode::TOO_MANY_REQUESTS, "queue_full"),
             Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, "busy"),
             Self::Stopping => (StatusCode::SERVICE_UNAVAILABLE, "stopping"),

@@ -61,7 +61,7 @@ pub async fn of_body(
     let identity = upload.identity();
     let files = Arc::new(std::mem::take(&mut upload.files));
     let Upload { name, model, held, .. } = upload;
-    let order = app.order(&trace, price::BASE, None);
+    let order = app.order(&trace, price::BASE, None)?;
     let asked = Inspected { name, model, files, identity, order, trace, held };
     inspect(&app, asked).await
 }
@@ -77,7 +77,7 @@ pub async fn of_path(
 ) -> Result<Response, Problem> {
     let asked = signed(&app, request.uri(), "/info")?;
     let (Source { name, model, files }, held) = open(&app, &trace, &asked.source).await?;
-    let order = app.order(&trace, price::BASE, None);
+    let order = app.order(&trace, price::BASE, None)?;
     inspect(&app, Inspected { name, model, files, identity: asked.source, order, trace, held }).await
 }
 
@@ -92,12 +92,13 @@ async fn inspect(app: &Arc<App>, asked: Inspected) -> Result<Response, Problem> 
         app.metrics.remembered();
         return Err(problem);
     }
-    let place = app.gate.enter(&asked.order)?;
+    let place = app.enter(&asked.trace, &asked.order)?;
     let app = Arc::clone(app);
     // A worker finishes its work, as for pictures.
     let contents = tokio::spawn(async move {
         let begun = Instant::now();
-        let turn = app.gate.turn(place).await?;
+        let turn = app.gate.turn(place).await;
+        let turn = turn.inspect_err(|_| app.give_back(&asked.trace, &asked.order))?;
         app.metrics.units(asked.order.price);
         asked.trace.queue(begun.elapsed());
         let mut contents = describe(&app, &asked).await;

@@ -56,6 +56,8 @@ pub struct Metrics {
     remembered: Counter,
     worked: Counter<f64, AtomicU64>,
     units: Counter,
+    clock_jumps: Counter,
+    keys_failures: Counter,
 }
 
 impl Default for Metrics {
@@ -78,6 +80,8 @@ impl Default for Metrics {
             remembered: Counter::default(),
             worked: Counter::default(),
             units: Counter::default(),
+            clock_jumps: Counter::default(),
+            keys_failures: Counter::default(),
         };
         metrics.register();
         metrics
@@ -127,6 +131,16 @@ impl Metrics {
             self.timed_out.clone(),
         );
         registry.register("units", "Price of the work that workers were given", self.units.clone());
+        registry.register(
+            "clock_jumps",
+            "Times that the clock of the system was found to have jumped back",
+            self.clock_jumps.clone(),
+        );
+        registry.register(
+            "keys_failures",
+            "Times that the file of keys could not be read again",
+            self.keys_failures.clone(),
+        );
         registry.register("worker_cpu_seconds", "Processor time of workers", self.worked.clone());
         registry.register(
             "failures_remembered",
@@ -138,6 +152,16 @@ impl Metrics {
     /// Workers have spent processor time.
     pub fn worked(&self, time: Option<Duration>) {
         self.worked.inc_by(time.unwrap_or_default().as_secs_f64());
+    }
+
+    /// The clock of the system has jumped back.
+    pub fn clock_jumped(&self) {
+        self.clock_jumps.inc();
+    }
+
+    /// The file of keys cannot be read again.
+    pub fn keys_failed(&self) {
+        self.keys_failures.inc();
     }
 
     /// Work of so many units has a worker.

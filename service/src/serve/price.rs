@@ -80,7 +80,7 @@ mod tests {
         // Rays without maps are none.
         let none = options.clone().with_visibility(Visibility::NONE);
         assert_eq!(price(&none.clone().with_visibility(Visibility::new(0, 0, 256)), 0), price(&none, 0));
-        assert_eq!((price(&of(1, Quality::Draft, 1), 0), price(&of(16, Quality::Draft, 1), 0)), (BASE, BASE + 1));
+        assert_eq!((price(&of(1, Quality::Draft, 1), 0), price(&of(32, Quality::Draft, 1), 0)), (BASE, BASE + 1));
         // Nothing overflows.
         let mut dearest = RenderOptions::new(u32::MAX, u32::MAX).with_visibility(Visibility::new(256, 2048, 256));
         (dearest.samples, dearest.shading_rate) = (16, 16);

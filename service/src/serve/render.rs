@@ -90,7 +90,7 @@ pub async fn picture(
         let (wait, shared) = match app.flights.join(&flight) {
             Part::Follow(wait) => (wait, true),
             Part::Lead(lead, wait) => {
-                let place = app.gate.enter(&asked.order)?;
+                let place = app.enter(&asked.trace, &asked.order)?;
                 let names = Names { hash: hash.clone(), of: of.clone(), flight: flight.clone() };
                 let work = work(Arc::clone(app), Arc::clone(&asked), names, lead, place);
                 // It goes on where the client goes away: others may wait, and a worker that is killed costs more.
@@ -156,8 +156,11 @@ struct Names {
 async fn work(app: Arc<App>, asked: Arc<Asked>, names: Names, lead: Lead<Outcome>, place: Place) {
     let begun = Instant::now();
     let outcome = match app.gate.turn(place).await {
-        Err(problem) => Err(problem),
-        Ok(_) if !lead.is_wanted() => return,
+        Err(problem) => {
+            app.give_back(&asked.trace, &asked.order);
+            Err(problem)
+        }
+        Ok(_) if !lead.is_wanted() => return app.give_back(&asked.trace, &asked.order),
         Ok(turn) => {
             asked.trace.queue(begun.elapsed());
             let queue = begun.elapsed().as_secs_f64() * 1000.0;

@@ -4,6 +4,7 @@ use super::error::Told;
 use super::options::Options;
 use super::plain::{bare_url, escaped};
 use super::recent::Recent;
+use super::rights::Holder;
 use super::traceparent::TraceParent;
 use super::{canonical, routes};
 use crate::pool::Meter;
@@ -15,7 +16,7 @@ use overcoat_cli::worker::protocol::PictureRequest;
 use serde::Serialize;
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Characters of the name of a file or a source, of options, and of a reason.
@@ -33,6 +34,7 @@ pub struct Trace {
     method: String,
     route: &'static str,
     client: Option<IpAddr>,
+    holder: OnceLock<Arc<Holder>>,
     parent: Option<TraceParent>,
     /// Bytes of the body that have come.
     received: Arc<AtomicU64>,
@@ -50,6 +52,7 @@ struct Seen {
     preset: Option<String>,
     options: Option<String>,
     price: Option<u64>,
+    units_left: Option<u64>,
     model: Option<String>,
     /// Bytes of a model that is no body.
     fetched: u64,
@@ -69,6 +72,7 @@ impl Trace {
             method: escaped(request.method().as_str(), 20),
             route: routes::name(request.uri().path()),
             client: request.extensions().get::<Peer>().map(|peer| peer.0.to_canonical()),
+            holder: OnceLock::new(),
             parent: TraceParent::of(request.headers()),
             received: Arc::clone(&received),
             meter: Meter::default(),
@@ -106,6 +110,29 @@ impl Trace {
     #[must_use]
     pub fn client(&self) -> Option<IpAddr> {
         self.client
+    }
+
+    /// The request has the key of a holder.
+    pub fn set_holder(&self, holder: Arc<Holder>) {
+        // It is found once.
+        let _ = self.holder.set(holder);
+    }
+
+    /// Holder of the key of the request.
+    #[must_use]
+    pub fn holder(&self) -> Option<&Holder> {
+        self.holder.get().map(Arc::as_ref)
+    }
+
+    /// Units that are left of the quota of its key.
+    pub fn units_left(&self, left: u64) {
+        self.seen().units_left = Some(left);
+    }
+
+    /// The same, where the request has taken some.
+    #[must_use]
+    pub fn left(&self) -> Option<u64> {
+        self.seen().units_left
     }
 
     /// The model comes in the body, in a file of this name as far as the client tells one.
@@ -171,6 +198,7 @@ impl Trace {
             method: self.method.clone(),
             route: self.route,
             client: self.client,
+            holder: self.holder().map(|holder| holder.name.to_string()),
             source: seen.source.take(),
             file: seen.file.take(),
             preset: seen.preset.take(),
@@ -209,6 +237,8 @@ pub struct Line {
     pub route: &'static str,
     /// Address that its connection comes from.
     pub client: Option<IpAddr>,
+    /// Name of the holder of its key.
+    pub holder: Option<String>,
     /// `upload`, or a URL without its secrets; none if the request is not about a model.
     pub source: Option<String>,
     /// Name that the client gives to an upload.
@@ -259,6 +289,7 @@ impl Line {
             method = self.method,
             route = self.route,
             client = self.client.map(tracing::field::display),
+            holder = self.holder,
             source = self.source,
             file = self.file,
             preset = self.preset,

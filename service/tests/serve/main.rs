@@ -3,6 +3,7 @@
 mod errors;
 mod load;
 mod logs;
+mod offers;
 mod pictures;
 mod robust;
 mod service;
