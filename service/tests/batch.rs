@@ -361,7 +361,8 @@ fn presets_are_those_of_the_service() {
     let models = folder.path().join("list.jsonl");
     let cube = assets().join("rounded-cube.glb");
     let row = |more: &str| format!("{{\"model\": {:?}{more}}}\n", cube.to_str().unwrap());
-    std::fs::write(&models, row(", \"out\": \"a.png\", \"preset\": \"wide\", \"size\": 30") + &row("")).unwrap();
+    std::fs::write(&models, row(", \"out\": \"a.png\", \"preset\": \"wide\", \"size\": 30") + &row(""))
+        .unwrap();
     let arguments = |preset: &'static str| {
         let paths = [models.as_path(), out.as_path(), presets.as_path()].map(|path| path.to_str().unwrap());
         batch(&[paths[0], "-o", paths[1], "--presets", paths[2], "--preset", preset])
@@ -379,5 +380,9 @@ fn presets_are_those_of_the_service() {
     assert_eq!(files(&out).len(), 3);
     let wrong = arguments("card");
     assert_eq!(wrong.status.code(), Some(2));
-    assert!(told(&wrong).contains("--preset: there is no preset 'card' among thumb, wide"), "{}", told(&wrong));
+    assert!(
+        told(&wrong).contains("--preset: there is no preset 'card' among thumb, wide"),
+        "{}",
+        told(&wrong)
+    );
 }

@@ -30,6 +30,8 @@ pub struct Wishes<'a> {
     pub price: u64,
     /// Seconds until the path expires.
     pub seconds: Option<u64>,
+    /// Nobody has this answer without a key.
+    pub needs_key: bool,
 }
 
 impl Wishes<'_> {
@@ -125,10 +127,12 @@ fn whole(
 
 fn common_headers(app: &App, wishes: &Wishes<'_>, key: &str, headers: &mut HeaderMap) {
     set(headers, header::ETAG, &etag(key));
-    let cached = &app.args.cache_control;
+    let own = &app.args.cache_control;
+    // Caches that several clients share would show it to those who have no key.
+    let own = if wishes.needs_key { &private(own) } else { own };
     match wishes.seconds {
-        Some(seconds) => set(headers, header::CACHE_CONTROL, &no_longer_than(cached, seconds)),
-        None => set(headers, header::CACHE_CONTROL, cached),
+        Some(seconds) => set(headers, header::CACHE_CONTROL, &no_longer_than(own, seconds)),
+        None => set(headers, header::CACHE_CONTROL, own),
     }
     headers.insert(PRICE, wishes.price.into());
     if wishes.negotiated {
@@ -143,6 +147,16 @@ fn set(headers: &mut HeaderMap, name: HeaderName, value: &str) {
     if let Ok(value) = HeaderValue::from_str(value) {
         headers.insert(name, value);
     }
+}
+
+/// A Cache-Control for one client alone (RFC 9111, 3.5).
+fn private(control: &str) -> String {
+    let parts = control.split(',').map(str::trim);
+    let kept = parts.filter(|part| {
+        let name = part.split('=').next().unwrap_or_default();
+        !["", "public", "private", "s-maxage"].iter().any(|other| name.eq_ignore_ascii_case(other))
+    });
+    std::iter::once("private").chain(kept).collect::<Vec<_>>().join(", ")
 }
 
 /// A Cache-Control by which nothing is fresh for longer (RFC 9111, 5.2.2): an answer without an age of its own gets one.
@@ -204,10 +218,14 @@ fn warnings(all: &[String]) -> String {
 mod tests {
     use super::*;
 
+    fn wishes<'a>(method: &'a Method, headers: &'a HeaderMap) -> Wishes<'a> {
+        Wishes { method, headers, negotiated: false, price: 1, seconds: None, needs_key: false }
+    }
+
     fn range(text: &str, length: usize) -> Result<Option<(usize, usize)>, Kind> {
         let mut headers = HeaderMap::new();
         headers.insert(header::RANGE, text.parse().unwrap());
-        let wishes = Wishes { method: &Method::GET, headers: &headers, negotiated: false, price: 1, seconds: None };
+        let wishes = wishes(&Method::GET, &headers);
         wishes.range("k", length).map_err(|problem| problem.kind)
     }
 
@@ -236,6 +254,8 @@ mod tests {
         ] {
             assert_eq!(no_longer_than(control, 60), told, "{control}");
         }
+        assert_eq!(private("public, max-age=60, s-maxage=9"), "private, max-age=60");
+        assert_eq!(private("no-store"), "private, no-store");
     }
 
     #[test]
@@ -253,8 +273,7 @@ mod tests {
     fn known_pictures_are_known_by_their_tags() {
         let mut headers = HeaderMap::new();
         headers.insert(header::IF_NONE_MATCH, "\"a\", W/\"b\"".parse().unwrap());
-        let has =
-            |method: &Method, key: &str| Wishes { method, headers: &headers, negotiated: false, price: 1, seconds: None }.has(key);
+        let has = |method: &Method, key: &str| wishes(method, &headers).has(key);
         assert!(has(&Method::GET, "a") && has(&Method::HEAD, "b"));
         assert!(!has(&Method::GET, "c") && !has(&Method::POST, "a"));
     }

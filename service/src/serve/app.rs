@@ -125,8 +125,10 @@ impl App {
             return Err(too_dear(price, most));
         }
         Ok(Order {
-            client: holder
-                .map_or_else(|| Client::of(trace.client()), |holder| Client::Holder(Arc::clone(&holder.name))),
+            client: holder.map_or_else(
+                || Client::of(trace.client()),
+                |holder| Client::Holder(Arc::clone(&holder.name)),
+            ),
             priority: priority.or_else(|| holder?.priority).unwrap_or_default(),
             price,
             workers: holder
@@ -154,6 +156,12 @@ impl App {
         if let Some(holder) = trace.holder() {
             self.quotas.give_back(holder, order.price);
         }
+    }
+
+    /// True if requests of a kind need a key.
+    #[must_use]
+    pub fn needs_key(&self, is_upload: bool) -> bool {
+        (is_upload || self.args.bearer_for == "all") && !self.rights().is_empty()
     }
 
     /// Holders of keys.

@@ -1,5 +1,6 @@
 //! The options of `overcoat serve`.
 
+use super::address::Network;
 use super::socket::Address;
 use crate::batch::args::bytes;
 use clap::{Arg, Args};
@@ -33,6 +34,11 @@ pub struct ServeArgs {
     /// Address and port for metrics and health alone, as of --listen; /metrics is not on the other port then
     #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = Address::parse, help_heading = "Connections")]
     pub metrics_listen: Option<Address>,
+
+    /// Network of proxies whose X-Forwarded-For says who the client is, ADDRESS/BITS; may be repeated. With any, all that come over unix:PATH
+    /// are proxies [default: none]
+    #[arg(long, value_name = "NETWORK", value_delimiter = ',', value_parser = Network::new, help_heading = "Connections")]
+    pub trusted_proxies: Vec<Network>,
 
     /// Connections at a time; further ones wait
     #[arg(long, value_name = "N", default_value = "1024", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]

@@ -30,9 +30,16 @@ pub fn unknown_variables(
     let known: Vec<String> =
         serve.get_arguments().filter_map(|option| option.get_long()).map(variable_of).collect();
     let of_others = |name: &str| {
-        ["OVERCOAT_BEARER", "OVERCOAT_CORPUS", "OVERCOAT_MACHINES", "OVERCOAT_PORT", "OVERCOAT_REFERENCE", "OVERCOAT_SERVICE_"]
-            .iter()
-            .any(|start| name.starts_with(start))
+        [
+            "OVERCOAT_BEARER",
+            "OVERCOAT_CORPUS",
+            "OVERCOAT_MACHINES",
+            "OVERCOAT_PORT",
+            "OVERCOAT_REFERENCE",
+            "OVERCOAT_SERVICE_",
+        ]
+        .iter()
+        .any(|start| name.starts_with(start))
             || name.ends_with("_BINARY")
     };
     let mut unknown: Vec<String> = names

@@ -55,7 +55,9 @@ pub async fn allow(State(app): State<Arc<App>>, request: Request, next: Next) ->
     let origin = allowed(origins, request.headers()).cloned();
     let mut response = match (is_preflight, &origin) {
         (true, Some(_)) => preflight(),
-        (true, None) => Problem::new(Kind::Origin, "pages of this origin may not use this service").into_response(),
+        (true, None) => {
+            Problem::new(Kind::Origin, "pages of this origin may not use this service").into_response()
+        }
         (false, _) => next.run(request).await,
     };
     let headers = response.headers_mut();
@@ -88,7 +90,15 @@ mod tests {
             let told = origin(text);
             assert_eq!(told.is_ok(), text != "http://[::1]:80", "{text}: {told:?}");
         }
-        for wrong in ["", "null", "example.com", "https://example.com/", "https://Example.com", "https://a.org:443", "file:///a"] {
+        for wrong in [
+            "",
+            "null",
+            "example.com",
+            "https://example.com/",
+            "https://Example.com",
+            "https://a.org:443",
+            "file:///a",
+        ] {
             assert!(origin(wrong).is_err(), "{wrong}");
         }
     }

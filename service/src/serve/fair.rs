@@ -238,8 +238,12 @@ mod tests {
     fn clients_take_turns_by_price() {
         let mut fair = Fair::default();
         let (a, b) = (flow("a", Priority::Normal), flow("b", Priority::Normal));
-        (0..4).for_each(|_| { fair.push(&a, 8, 9, "a"); });
-        (0..8).for_each(|_| { fair.push(&b, 2, 9, "b"); });
+        (0..4).for_each(|_| {
+            fair.push(&a, 8, 9, "a");
+        });
+        (0..8).for_each(|_| {
+            fair.push(&b, 2, 9, "b");
+        });
         // 4 units a round: two of b each, one of a every second.
         assert_eq!(served(&mut fair, 12), "bbabbbbabbaa");
         assert!(fair.next().is_none() && fair.waiting() == 0);
@@ -250,7 +254,9 @@ mod tests {
     fn priorities_are_shares() {
         let mut fair = Fair::default();
         for (name, priority) in [("l", Priority::Low), ("n", Priority::Normal), ("h", Priority::High)] {
-            (0..100).for_each(|_| { fair.push(&flow(name, priority), 1, 9, name); });
+            (0..100).for_each(|_| {
+                fair.push(&flow(name, priority), 1, 9, name);
+            });
         }
         let order = served(&mut fair, 84);
         let count = |name: &str| order.matches(name).count();
@@ -268,7 +274,9 @@ mod tests {
     fn clients_have_so_many_workers() {
         let mut fair = Fair::default();
         let (a, b) = (flow("a", Priority::Normal), flow("b", Priority::Normal));
-        (0..3).for_each(|_| { fair.push(&a, 1, 2, "a"); });
+        (0..3).for_each(|_| {
+            fair.push(&a, 1, 2, "a");
+        });
         fair.push(&b, 100, 2, "b");
         let next = |fair: &mut Fair<&'static str>| fair.next().map(|(_, name)| name);
         assert_eq!([next(&mut fair), next(&mut fair), next(&mut fair)], [Some("a"), Some("a"), Some("b")]);
@@ -373,7 +381,9 @@ mod tests {
 
     #[test]
     fn a_greedy_client_makes_a_cheap_one_wait_little() {
-        for (workers, of_client, greedy) in [(2, 2, (1, 4)), (2, 2, (4, 16)), (2, 1, (16, 64)), (4, 2, (16, 64))] {
+        for (workers, of_client, greedy) in
+            [(2, 2, (1, 4)), (2, 2, (4, 16)), (2, 1, (16, 64)), (4, 2, (16, 64))]
+        {
             let alone = Load { workers, of_client: workers, ..ALONE }.wait();
             let beside = Load { workers, of_client, greedy: Some(greedy), ..ALONE }.wait();
             // In the order of arrival it waits for all that the other has asked for.

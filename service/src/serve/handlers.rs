@@ -84,7 +84,14 @@ async fn answer_body(
     let Priced { request, price, priority } = options.priced(format, &app.rules)?;
     trace.options(&options, &request, price);
     settle(&trace, &mut upload, &options)?;
-    let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated, price, seconds: None };
+    let wishes = Wishes {
+        method: &parts.method,
+        headers: &parts.headers,
+        negotiated,
+        price,
+        seconds: None,
+        needs_key: app.needs_key(true),
+    };
     let asked = Asked {
         identity: upload.identity(),
         name: upload.name,
@@ -141,7 +148,14 @@ pub async fn path(
     trace.options(&asked.options, &request, price);
     let (Source { name, model, files }, held) = open(&app, &trace, &asked.source).await?;
     let seconds = asked.expires.map(|end| end.saturating_sub(app.seconds()));
-    let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated, price, seconds };
+    let wishes = Wishes {
+        method: &parts.method,
+        headers: &parts.headers,
+        negotiated,
+        price,
+        seconds,
+        needs_key: app.needs_key(false),
+    };
     let order = app.order(&trace, price, priority)?;
     let asked = Asked { name, model, files, identity: asked.source, request, order, trace, held };
     let answer = picture(&app, asked, |key| wishes.has(key)).await?;
@@ -161,7 +175,9 @@ pub(super) fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, 
     app.signer.check(signature, signed)?;
     let asked = path::read(signed, &app.rules)?;
     match asked.expires {
-        Some(end) if app.seconds() >= end => Err(Problem::new(Kind::Expired, "the time of this path is over")),
+        Some(end) if app.seconds() >= end => {
+            Err(Problem::new(Kind::Expired, "the time of this path is over"))
+        }
         _ => Ok(asked),
     }
 }

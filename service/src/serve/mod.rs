@@ -18,6 +18,7 @@ mod failures;
 mod fair;
 mod fetch;
 mod flight;
+mod forwarded;
 mod gate;
 mod handlers;
 mod inspect;
@@ -97,8 +98,7 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
     #[cfg(unix)]
     tokio::spawn(at_hangup(Arc::clone(&app)));
     // Until the last request has ended, so that its end can be watched.
-    let watched =
-        beside.map(|listener| tokio::spawn(listen::serve_watchers(Arc::clone(&app), listener)));
+    let watched = beside.map(|listener| tokio::spawn(listen::serve_watchers(Arc::clone(&app), listener)));
     listen::serve(Arc::clone(&app), listener, stop).await;
     watched.inspect(tokio::task::JoinHandle::abort);
     app.pool.finish().await;

@@ -137,7 +137,9 @@ impl Choice {
         };
         let priority = match table.remove("priority") {
             None => None,
-            Some(value) => Some(Priority::deserialize(value).map_err(|e| format!("priority: {}", e.message()))?),
+            Some(value) => {
+                Some(Priority::deserialize(value).map_err(|e| format!("priority: {}", e.message()))?)
+            }
         };
         let pairs = table.iter().map(|(key, value)| Ok((key.clone(), text_of(key, value)?)));
         Ok(Preset { pairs: pairs.collect::<Result<_, String>>()?, priority })
@@ -155,7 +157,9 @@ fn text_of(key: &str, value: &Value) -> Result<String, String> {
             let texts = all.iter().map(|value| text_of(key, value)).collect::<Result<Vec<_>, _>>()?;
             texts.join(if key == "size" { "x" } else { "," })
         }
-        Value::Array(_) | Value::Table(_) => serde_json::to_string(value).map_err(|e| format!("{key}: {e}"))?,
+        Value::Array(_) | Value::Table(_) => {
+            serde_json::to_string(value).map_err(|e| format!("{key}: {e}"))?
+        }
         Value::Datetime(_) => return Err(format!("{key}: cannot be {}", value.type_str())),
     })
 }
@@ -252,7 +256,12 @@ mod tests {
         )
         .unwrap();
         let pairs = |name: &str| {
-            presets[name].pairs.iter().map(|(key, text)| format!("{key}={text}")).collect::<Vec<_>>().join(" ")
+            presets[name]
+                .pairs
+                .iter()
+                .map(|(key, text)| format!("{key}={text}"))
+                .collect::<Vec<_>>()
+                .join(" ")
         };
         assert_eq!(pairs("thumb"), "size=256 view=front");
         assert_eq!(

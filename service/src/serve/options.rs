@@ -68,7 +68,8 @@ impl Rules {
         let mut asked = Options::default();
         let taken = asked.take_preset(&preset, self);
         let format = asked.format.unwrap_or(self.format);
-        let (_, price) = taken.and_then(|()| asked.request(format, self)).map_err(|problem| problem.message)?;
+        let (_, price) =
+            taken.and_then(|()| asked.request(format, self)).map_err(|problem| problem.message)?;
         if let Some(most) = self.max_price.filter(|most| price > *most) {
             return Err(too_dear(price, most).message);
         }
@@ -493,10 +494,9 @@ pub(super) mod tests {
     #[test]
     fn presets_may_be_all_that_is_offered() {
         let only = "only = true\n[preset]\nthumb = 'size:64'\nhero = 'size:900/quality:best'";
-        for pairs in [
-            &[("preset", "thumb")][..],
-            &[("preset", "hero"), ("format", "webp"), ("name", "a.glb")],
-        ] {
+        for pairs in
+            [&[("preset", "thumb")][..], &[("preset", "hero"), ("format", "webp"), ("name", "a.glb")]]
+        {
             assert!(offered(only, pairs, None).is_ok(), "{pairs:?}");
         }
         for (pairs, what) in [

@@ -77,6 +77,7 @@ pub async fn formats(State(app): State<Arc<App>>) -> Response {
         "max_price": app.args.max_price,
         "shading": shading_models().collect::<Vec<_>>(),
         "presets": app.rules.presets.keys().collect::<Vec<_>>(),
+        "needs_key": app.needs_key(true),
         "presets_only": app.rules.offers.presets_only(),
     }))
 }

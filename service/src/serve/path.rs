@@ -144,7 +144,10 @@ mod tests {
         assert_eq!(request.keys["camera"]["view"], "front");
         let plain = read("/plain/https://x.org/a@b/c.glb?v=1", &rules()).unwrap();
         assert_eq!((plain.source.as_str(), plain.options.format), ("https://x.org/a@b/c.glb?v=1", None));
-        assert_eq!(read("/thumb/plain/a", &rules()).unwrap(), read("/preset:thumb/plain/a", &rules()).unwrap());
+        assert_eq!(
+            read("/thumb/plain/a", &rules()).unwrap(),
+            read("/preset:thumb/plain/a", &rules()).unwrap()
+        );
         let ends = |path: &str| read(path, &rules()).unwrap().expires;
         assert_eq!(ends("/size:1/plain/a"), None);
         assert_eq!((ends("/exp:7/plain/a"), ends("/expires:9/exp:8/plain/a")), (Some(7), Some(8)));

@@ -25,8 +25,8 @@ pub fn price(options: &RenderOptions, lamps: usize) -> u64 {
     let lamps = lamps as u64;
     // Rays are for the light that maps let through.
     let rays = if maps == 0 || rays == 0 { 0 } else { 900 + 25 * rays };
-    let of_pixel =
-        (120 + 4 * samples + 3 * maps + 150 * (rate.max(1) - 1) + rays).saturating_add(lamps.saturating_mul(15));
+    let of_pixel = (120 + 4 * samples + 3 * maps + 150 * (rate.max(1) - 1) + rays)
+        .saturating_add(lamps.saturating_mul(15));
     let pixels = u64::from(options.width) * u64::from(options.height);
     let of_picture = pixels.saturating_mul(of_pixel) / PIXELS;
     let of_maps = (200 * maps).saturating_mul(side * side) / TEXELS;
@@ -80,9 +80,13 @@ mod tests {
         // Rays without maps are none.
         let none = options.clone().with_visibility(Visibility::NONE);
         assert_eq!(price(&none.clone().with_visibility(Visibility::new(0, 0, 256)), 0), price(&none, 0));
-        assert_eq!((price(&of(1, Quality::Draft, 1), 0), price(&of(32, Quality::Draft, 1), 0)), (BASE, BASE + 1));
+        assert_eq!(
+            (price(&of(1, Quality::Draft, 1), 0), price(&of(32, Quality::Draft, 1), 0)),
+            (BASE, BASE + 1)
+        );
         // Nothing overflows.
-        let mut dearest = RenderOptions::new(u32::MAX, u32::MAX).with_visibility(Visibility::new(256, 2048, 256));
+        let mut dearest =
+            RenderOptions::new(u32::MAX, u32::MAX).with_visibility(Visibility::new(256, 2048, 256));
         (dearest.samples, dearest.shading_rate) = (16, 16);
         assert!(price(&dearest, usize::MAX) > 1 << 40);
     }

@@ -28,7 +28,8 @@ impl Quotas {
     pub fn take(&self, holder: &Holder, price: u64, now: Instant) -> Result<Option<u64>, Problem> {
         let Some(units) = holder.units else { return Ok(None) };
         if price > units {
-            let message = format!("the picture costs {price} units, and the key has {units} in {} s", holder.seconds);
+            let message =
+                format!("the picture costs {price} units, and the key has {units} in {} s", holder.seconds);
             return Err(Problem::new(Kind::Price, message));
         }
         let length = Duration::from_secs(holder.seconds);
@@ -41,8 +42,10 @@ impl Quotas {
         let left = units.saturating_sub(period.spent);
         if price > left {
             let wait = length.saturating_sub(now.saturating_duration_since(period.begun));
-            let message =
-                format!("the picture costs {price} units, and the key has {left} left of {units} in {} s", holder.seconds);
+            let message = format!(
+                "the picture costs {price} units, and the key has {left} left of {units} in {} s",
+                holder.seconds
+            );
             let seconds = (wait.as_secs_f64().ceil() as u64).max(1);
             return Err(Problem::new(Kind::Quota, message).retry_after(seconds));
         }
@@ -94,7 +97,8 @@ mod tests {
         assert_eq!(quotas.take(&holder, 1, at(0)).unwrap_err().kind, Kind::Quota);
         quotas.keep(|name| name == "b");
         assert_eq!(quotas.take(&holder, 10, at(61)).unwrap(), Some(0));
-        let free = Holder { units: None, ..Holder::clone(&holder) };
+        let mut free = Holder::clone(&holder);
+        free.units = None;
         assert_eq!(quotas.take(&free, u64::MAX, at(61)).unwrap(), None);
     }
 }

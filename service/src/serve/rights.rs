@@ -100,7 +100,9 @@ impl Rights {
     fn add_file(&mut self, text: &str) -> Result<(), String> {
         // A message with a part of the file would show keys.
         let hidden = |e: toml::de::Error| match told(&e, text) {
-            line if text_is_in(&line, text) => line.split(':').next().unwrap_or_default().to_owned() + ": not as it has to be",
+            line if text_is_in(&line, text) => {
+                line.split(':').next().unwrap_or_default().to_owned() + ": not as it has to be"
+            }
             line => line,
         };
         let file: File = toml::from_str(text).map_err(hidden)?;
@@ -112,7 +114,8 @@ impl Rights {
     fn add_variable(&mut self, text: &str) -> Result<(), String> {
         let mut holders: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for (k, pair) in text.split(',').map(str::trim).filter(|pair| !pair.is_empty()).enumerate() {
-            let (name, key) = pair.split_once('=').ok_or_else(|| format!("key {}: expected NAME=KEY", k + 1))?;
+            let (name, key) =
+                pair.split_once('=').ok_or_else(|| format!("key {}: expected NAME=KEY", k + 1))?;
             holders.entry(name.trim()).or_default().push(key.trim().to_owned());
         }
         for (name, keys) in holders {
@@ -192,7 +195,8 @@ impl Rights {
         let refused = |kind, message: &str, error: &str| {
             Problem::new(kind, message).with(WWW_AUTHENTICATE, format!("Bearer realm=\"overcoat\"{error}"))
         };
-        let mut all = headers.get_all(header::AUTHORIZATION).iter().map(|value| value.to_str().unwrap_or_default());
+        let mut all =
+            headers.get_all(header::AUTHORIZATION).iter().map(|value| value.to_str().unwrap_or_default());
         let (first, second) = (all.next().and_then(bearer), all.next());
         let wrong = || refused(Kind::Key, "nobody has this key", ", error=\"invalid_token\"");
         let key = match (first, second) {
@@ -246,7 +250,9 @@ fn is_key(text: &str) -> bool {
 
 /// Seconds since 1970 of a date with time and offset.
 fn seconds_of(time: Datetime) -> Result<u64, String> {
-    let Datetime { date: Some(date), time: Some(Time { hour, minute, second, .. }), offset: Some(offset) } = time else {
+    let Datetime { date: Some(date), time: Some(Time { hour, minute, second, .. }), offset: Some(offset) } =
+        time
+    else {
         return Err(format!("expected a date with its time and offset, as 2027-01-31T00:00:00Z, got {time}"));
     };
     let minutes = match offset {
@@ -288,7 +294,9 @@ mod tests {
 
     #[test]
     fn holders_are_known_by_their_keys() {
-        let text = format!("[holder.a]\nkeys = ['{KEY}', '{KEY}new==']\nunits = 9\n[holder.b]\nkeys = ['b{KEY}']\nexpires = 1970-01-02T00:00:00Z");
+        let text = format!(
+            "[holder.a]\nkeys = ['{KEY}', '{KEY}new==']\nunits = 9\n[holder.b]\nkeys = ['b{KEY}']\nexpires = 1970-01-02T00:00:00Z"
+        );
         let rights = rights(&text).unwrap();
         let a = Ok(Some("a".to_owned()));
         assert_eq!(of(&rights, &[&format!("Bearer {KEY}")], true, 0), a);
@@ -341,9 +349,18 @@ mod tests {
             ("[holder.'a b']\nkeys = ['0123456789abcdef']", "holder.a b: expected a name"),
             ("[holder.a]\nkeys = ['0123456789abcdef']\nunits = 0", "holder.a: units: expected 1"),
             ("[holder.a]\nkeys = ['0123456789abcdef']\nunits = -1", "line 3"),
-            ("[holder.a]\nkeys = ['0123456789abcdef']\nexpires = 2027-01-01", "holder.a: expires: expected a date with"),
-            ("[holder.a]\nkeys = ['0123456789abcdef']\nexpires = 1960-01-01T00:00:00Z", "holder.a: expires: 1960"),
-            ("[holder.a]\nkeys = ['0123456789abcdef', '0123456789abcdef']", "holder.a: key 2: there is another"),
+            (
+                "[holder.a]\nkeys = ['0123456789abcdef']\nexpires = 2027-01-01",
+                "holder.a: expires: expected a date with",
+            ),
+            (
+                "[holder.a]\nkeys = ['0123456789abcdef']\nexpires = 1960-01-01T00:00:00Z",
+                "holder.a: expires: 1960",
+            ),
+            (
+                "[holder.a]\nkeys = ['0123456789abcdef', '0123456789abcdef']",
+                "holder.a: key 2: there is another",
+            ),
         ] {
             let error = rights(text).unwrap_err();
             assert!(error.starts_with(what) && !error.contains(KEY), "{text}: {error}");

@@ -2,8 +2,8 @@
 
 use super::app::App;
 use super::error::{Kind, Problem, Told};
-use super::trace::{Trace, length};
-use super::{cors, handlers, inspect, pages, status};
+use super::trace::{Peer, Trace, length};
+use super::{cors, forwarded, handlers, inspect, pages, status};
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, Method, header};
 use axum::middleware::{self, Next};
@@ -22,12 +22,11 @@ const LONGEST_ID: usize = 100;
 
 /// All routes.
 pub fn router(app: &Arc<App>) -> Router {
-    let needs = |who| middleware::from_fn_with_state((Arc::clone(app), who), admit);
-    let of_all = app.args.bearer_for == "all";
+    let needs = |is_upload| middleware::from_fn_with_state((Arc::clone(app), is_upload), admit);
     let paths = Router::new()
         .route("/info/{signature}/{*rest}", get(inspect::of_path))
         .route("/{signature}/{*rest}", get(handlers::path))
-        .route_layer(needs(of_all));
+        .route_layer(needs(false));
     let mut router = Router::new()
         .route("/formats", get(pages::formats))
         .route("/health", get(pages::health))
@@ -90,12 +89,12 @@ pub fn name(path: &str) -> &'static str {
 
 /// Lets those in who have a key, and others where none is needed.
 async fn admit(
-    State((app, is_needed)): State<(Arc<App>, bool)>,
+    State((app, is_upload)): State<(Arc<App>, bool)>,
     Extension(trace): Extension<Arc<Trace>>,
     request: Request,
     next: Next,
 ) -> Result<Response, Problem> {
-    match app.rights().of(request.headers(), is_needed, app.seconds()) {
+    match app.rights().of(request.headers(), app.needs_key(is_upload), app.seconds()) {
         Ok(holder) => {
             holder.into_iter().for_each(|holder| trace.set_holder(holder));
             Ok(next.run(request).await)
@@ -110,7 +109,9 @@ async fn admit(
 
 /// Names a request, and records its outcome.
 async fn note(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let (trace, request) = Trace::begin(request_id(&app, &request), request, &app.recent);
+    let peer = request.extensions().get::<Peer>().map(|peer| peer.0);
+    let client = forwarded::client(peer, request.headers(), &app.args.trusted_proxies);
+    let (trace, request) = Trace::begin(request_id(&app, &request), client, request, &app.recent);
     let mut response = next.run(request).await;
     let status = response.status().as_u16();
     let told = response.extensions_mut().remove::<Told>().unwrap_or_default();

@@ -39,7 +39,10 @@ impl Address {
         if let Ok(port) = port.parse::<u16>() {
             return Ok(Self::Tcp(SocketAddr::from(([127, 0, 0, 1], port))));
         }
-        let wrong = |_| "no address with a port, such as 0.0.0.0:8080, [::1]:8080, 8080 or unix:/run/overcoat.sock".to_owned();
+        let wrong = |_| {
+            "no address with a port, such as 0.0.0.0:8080, [::1]:8080, 8080 or unix:/run/overcoat.sock"
+                .to_owned()
+        };
         text.parse().map(Self::Tcp).map_err(wrong)
     }
 }

@@ -63,7 +63,12 @@ struct Seen {
 impl Trace {
     /// The trace of a request that begins now, and the request with a body that is counted.
     #[must_use]
-    pub fn begin(id: String, request: Request, recent: &Arc<Recent>) -> (Arc<Self>, Request) {
+    pub fn begin(
+        id: String,
+        client: Option<IpAddr>,
+        request: Request,
+        recent: &Arc<Recent>,
+    ) -> (Arc<Self>, Request) {
         let received = Arc::new(AtomicU64::new(0));
         let trace = Arc::new(Self {
             begun: Instant::now(),
@@ -71,7 +76,7 @@ impl Trace {
             // Methods are tokens; of whatever length.
             method: escaped(request.method().as_str(), 20),
             route: routes::name(request.uri().path()),
-            client: request.extensions().get::<Peer>().map(|peer| peer.0.to_canonical()),
+            client,
             holder: OnceLock::new(),
             parent: TraceParent::of(request.headers()),
             received: Arc::clone(&received),

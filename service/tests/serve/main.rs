@@ -5,6 +5,7 @@ mod load;
 mod logs;
 mod offers;
 mod pictures;
+mod rights;
 mod robust;
 mod service;
 mod sources;

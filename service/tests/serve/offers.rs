@@ -30,9 +30,13 @@ fn the_example_is_taken() {
     let formats = service.get("/formats").json();
     assert_eq!(formats["presets"], serde_json::json!(["card", "hero", "thumb"]));
     let thumb = service.post("/render?preset=thumb&name=a.glb", &cube);
-    assert_eq!((thumb.headers["content-type"].as_str(), thumb.headers["overcoat-size"].as_str()), ("image/webp", "128x128"));
+    assert_eq!(
+        (thumb.headers["content-type"].as_str(), thumb.headers["overcoat-size"].as_str()),
+        ("image/webp", "128x128")
+    );
     // A path names it alone, too.
-    for path in ["/_/thumb/plain/local://rounded-cube.glb", "/_/preset:thumb/plain/local://rounded-cube.glb"] {
+    for path in ["/_/thumb/plain/local://rounded-cube.glb", "/_/preset:thumb/plain/local://rounded-cube.glb"]
+    {
         assert_eq!(service.get(path).etag(), thumb.etag(), "{path}");
     }
     service.post("/render?preset=card&size=64&format=png", &cube).png(64, 64);
@@ -77,7 +81,9 @@ fn presets_may_be_all_that_is_offered() {
 fn prices_are_told_and_bounded() {
     let service = start(&["--max-price", "50", "--queue", "1"]);
     let cube = model(CUBE);
-    for (query, price) in [("size=256", "11"), ("size=64&quality=draft", "6"), ("size=256&quality=good", "31")] {
+    for (query, price) in
+        [("size=256", "11"), ("size=64&quality=draft", "6"), ("size=256&quality=good", "31")]
+    {
         let answer = service.post(&format!("/render?{query}"), &cube);
         assert_eq!((answer.status, answer.headers["overcoat-price"].as_str()), (200, price), "{query}");
     }
@@ -106,7 +112,11 @@ fn wrong_files_end_the_service() {
         String::from_utf8(output.stderr).unwrap()
     };
     for (text, more, what) in [
-        ("[allow]\nsize = { min = 3, max = 2 }", &[][..], "presets.toml: allow.size: the range from 3 to 2 is empty"),
+        (
+            "[allow]\nsize = { min = 3, max = 2 }",
+            &[][..],
+            "presets.toml: allow.size: the range from 3 to 2 is empty",
+        ),
         ("[preset]\na = 'size:9999'", &[], "presets.toml: preset.a: size: expected 1 to 2048"),
         ("[preset]\na = 'colour:red'", &[], "preset.a: colour: there is no such option"),
         ("[preset]\na = 'size:2000'", &["--max-price", "10"], "preset.a: the picture costs 217 units"),
