@@ -52,7 +52,7 @@ pub struct Presets {
 }
 
 impl Presets {
-    /// The same with others chosen: names with commas.
+    /// Presets of which others are chosen: names with commas.
     ///
     /// # Errors
     /// One line that names the preset that does not exist.

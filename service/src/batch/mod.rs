@@ -10,7 +10,7 @@ pub mod shard;
 use crate::common::Common;
 use crate::place::{Place, is_url};
 use crate::pool::{Pool, PoolOptions, TimeLimits};
-use crate::serve::options::Rules;
+use crate::serve::rules::Rules;
 use args::BatchArgs;
 use futures_util::StreamExt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

@@ -3,8 +3,8 @@
 use super::app::App;
 use super::cache::Picture;
 use super::error::{Kind, Problem, Told};
-use super::options::PRICE;
 use super::render::Answer;
+use super::rules::PRICE;
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};

@@ -14,7 +14,7 @@ pub struct Clock(Mutex<Known>);
 struct Known {
     /// Time of day that was told last, since 1970.
     time: Duration,
-    /// When.
+    /// Moment at which it was told.
     at: Instant,
     /// The system's clock is behind.
     is_behind: bool,

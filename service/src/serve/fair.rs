@@ -1,12 +1,12 @@
 //! A queue that is fair by client: deficit round robin by price (Shreedhar and Varghese, "Efficient Fair Queuing Using Deficit Round-Robin",
-//! 1996), in which a priority is a larger share of a round. Where it is full, the client that has most in it gives way.
+//! 1996), in which a priority is a larger share of a round. In a full queue the client that has most in it gives way.
 
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
 use std::sync::Arc;
 
-/// One who asks.
+/// Sender of requests.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Client {
     /// Holder of a key, by name.
@@ -59,7 +59,7 @@ impl Priority {
 /// Requests that wait in the order in which they came.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Flow {
-    /// Whose they are.
+    /// Client that has sent them.
     pub client: Client,
     /// Their priority.
     pub priority: Priority,
@@ -81,7 +81,7 @@ struct Queue<T> {
     items: VecDeque<Item<T>>,
     /// Units that it may spend.
     deficit: u64,
-    /// Its turn has not begun: the units of this round are still to come.
+    /// True before its turn has begun: the units of this round are still to come.
     is_fresh: bool,
 }
 

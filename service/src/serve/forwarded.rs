@@ -7,12 +7,12 @@ use std::net::{IpAddr, SocketAddr};
 const FORWARDED_FOR: HeaderName = HeaderName::from_static("x-forwarded-for");
 
 /// The client of a request that came from a peer, which has no address on a socket of this machine: of the addresses that proxies have
-/// added, the last one that is no trusted proxy. What stands before it may be anybody's invention.
+/// added, the last one that is no trusted proxy. Addresses before it may be anybody's invention.
 #[must_use]
 pub fn client(peer: Option<IpAddr>, headers: &HeaderMap, proxies: &[Network]) -> Option<IpAddr> {
     let peer = peer.map(|peer| peer.to_canonical());
     let is_proxy = |address: IpAddr| proxies.iter().any(|network| network.contains(address));
-    // Who may open the socket of a file is a proxy of the operator's.
+    // A peer on the socket of a file is a proxy of the operator's.
     if proxies.is_empty() || peer.is_some_and(|peer| !is_proxy(peer)) {
         return peer;
     }
@@ -59,7 +59,7 @@ mod tests {
             (None, &["1.2.3.4"], Some("1.2.3.4")),
             // Nobody else is believed.
             (Some("9.9.9.9"), &["1.2.3.4"], Some("9.9.9.9")),
-            // What cannot be read ends the search.
+            // Text that is no address ends the search.
             (Some("10.0.0.1"), &["1.2.3.4, unknown"], Some("10.0.0.1")),
             (Some("10.0.0.1"), &["1.2.3.4, unknown, 10.0.0.7"], Some("10.0.0.7")),
             (Some("10.0.0.1"), &[""], Some("10.0.0.1")),

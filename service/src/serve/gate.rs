@@ -35,11 +35,11 @@ struct State {
 /// Facts of a request that its turn depends on.
 #[derive(Clone, Debug)]
 pub struct Order {
-    /// Whose it is.
+    /// Client that has sent it.
     pub client: Client,
-    /// Its priority.
+    /// Priority in the queue.
     pub priority: Priority,
-    /// Its price in units.
+    /// Price in units.
     pub price: u64,
     /// Workers that its client may have at a time.
     pub workers: usize,

@@ -5,9 +5,9 @@ use super::body::Held;
 use super::error::{Kind, Problem};
 use super::gate::Order;
 use super::handlers::{of_query, open, receive, settle, signed};
-use super::options::PRICE;
 use super::price;
 use super::render::hash;
+use super::rules::PRICE;
 use super::source::Source;
 use super::trace::Trace;
 use super::upload::Upload;
@@ -30,7 +30,7 @@ struct Inspected {
     files: Arc<dyn Files>,
     /// Identity of the files, which tells them from those of another request.
     identity: String,
-    /// Its turn in the queue.
+    /// Turn in the queue.
     order: Order,
     /// Trace of the request.
     trace: Arc<Trace>,

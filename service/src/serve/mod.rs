@@ -26,7 +26,7 @@ mod listen;
 mod media;
 mod metrics;
 mod offers;
-pub(crate) mod options;
+mod options;
 mod pages;
 mod path;
 mod pipeline;
@@ -38,6 +38,7 @@ mod recent;
 mod render;
 mod rights;
 mod routes;
+pub(crate) mod rules;
 mod sign;
 mod socket;
 mod source;
@@ -174,7 +175,7 @@ async fn at_hangup(app: Arc<App>) {
         tracing::info!(failures = app.failures.forget(), "forgotten");
         match app.read_rights() {
             Ok(holders) => tracing::info!(holders, "keys are read"),
-            // Those that are known stay.
+            // Known keys stay.
             Err(error) => {
                 app.metrics.keys_failed();
                 tracing::error!(error, "keys cannot be read");

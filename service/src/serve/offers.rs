@@ -178,7 +178,7 @@ fn check_values(key: &str, values: &Values) -> Result<(), String> {
         Values::All(false) => Err("what is not in the table is not offered: leave it out".to_owned()),
         Values::List(all) if all.is_empty() => Err("the list is empty".to_owned()),
         Values::List(all) => all.iter().try_for_each(|value| text_of(key, value).map(drop)),
-        Values::Range(Range { min, max }) if !(min <= max) || !(max - min).is_finite() => {
+        Values::Range(Range { min, max }) if max < min || !(max - min).is_finite() => {
             Err(format!("the range from {min} to {max} is empty"))
         }
         Values::Range(_) => Ok(()),

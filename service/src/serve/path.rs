@@ -1,7 +1,8 @@
 //! Paths as imgproxy has them: /{signature}/{options}/plain/{source}@{format}
 
 use super::error::{Kind, Problem};
-use super::options::{Options, Rules};
+use super::options::Options;
+use super::rules::Rules;
 use overcoat::output::OutputFormat;
 use percent_encoding::percent_decode_str;
 

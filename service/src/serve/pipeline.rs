@@ -1,7 +1,8 @@
 //! The part of Imaginary's interface that Nextcloud and others ask previews by.
 
 use super::error::{Kind, Problem};
-use super::options::{Options, Rules};
+use super::options::Options;
+use super::rules::Rules;
 use serde::Deserialize;
 use serde_json::Value;
 use url::form_urlencoded;

@@ -35,7 +35,7 @@ pub struct Asked {
     pub identity: String,
     /// Options of the picture.
     pub request: PictureRequest,
-    /// Its turn in the queue.
+    /// Turn in the queue.
     pub order: Order,
     /// Trace of the request.
     pub trace: Arc<Trace>,

@@ -51,7 +51,7 @@ impl Address {
 #[derive(Debug)]
 pub struct Listener {
     socket: Socket,
-    /// Its address, with the port that the system has chosen.
+    /// Address, with the port that the system has chosen.
     pub address: Address,
 }
 
@@ -66,7 +66,7 @@ impl Listener {
     /// Listens. A file of a socket that nobody listens on any more is replaced; its owner and group may connect.
     ///
     /// # Errors
-    /// Of the system, or that another one listens.
+    /// Errors of the system, or that another one listens.
     pub async fn bind(address: &Address) -> io::Result<Self> {
         match address {
             Address::Tcp(address) => {
@@ -99,7 +99,7 @@ impl Listener {
     /// The next connection, and the address of its peer, if it has one.
     ///
     /// # Errors
-    /// Of the system.
+    /// Errors of the system.
     pub async fn accept(&self) -> io::Result<(Stream, Option<IpAddr>)> {
         match &self.socket {
             Socket::Tcp(listener) => {

@@ -119,7 +119,7 @@ impl Trace {
 
     /// The request has the key of a holder.
     pub fn set_holder(&self, holder: Arc<Holder>) {
-        // It is found once.
+        // A request has one holder.
         let _ = self.holder.set(holder);
     }
 
@@ -134,7 +134,7 @@ impl Trace {
         self.seen().units_left = Some(left);
     }
 
-    /// The same, where the request has taken some.
+    /// Units that are left, if the request has taken some.
     #[must_use]
     pub fn left(&self) -> Option<u64> {
         self.seen().units_left

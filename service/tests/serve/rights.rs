@@ -153,7 +153,7 @@ fn keys_are_read_again() {
     service.signal("HUP");
     wait_until(|| draws("shop-new-0123456789"));
     assert!(!draws("shop-old-0123456789"));
-    // What has been spent stays spent.
+    // Units that were spent stay spent.
     let left: u64 = post(&service, "/render?size=16&quality=draft", Some("shop-key-0123456789")).headers
         ["overcoat-units-left"]
         .parse()
