@@ -30,17 +30,11 @@ pub fn unknown_variables(
     let known: Vec<String> =
         serve.get_arguments().filter_map(|option| option.get_long()).map(variable_of).collect();
     let of_others = |name: &str| {
-        [
-            "OVERCOAT_BEARER",
-            "OVERCOAT_CORPUS",
-            "OVERCOAT_MACHINES",
-            "OVERCOAT_PORT",
-            "OVERCOAT_REFERENCE",
-            "OVERCOAT_SERVICE_",
-        ]
-        .iter()
-        .any(|start| name.starts_with(start))
+        ["OVERCOAT_CORPUS", "OVERCOAT_MACHINES", "OVERCOAT_PORT", "OVERCOAT_REFERENCE", "OVERCOAT_SERVICE_"]
+            .iter()
+            .any(|start| name.starts_with(start))
             || name.ends_with("_BINARY")
+            || name == super::rights::VARIABLE
     };
     let mut unknown: Vec<String> = names
         .into_iter()
@@ -196,6 +190,7 @@ mod tests {
             "OVERCOAT_SERVICE_HOST",
             "OVERCOAT_PORT_80_TCP",
             "OVERCOAT_CORPUS",
+            "OVERCOAT_BEARER",
         ];
         let found: Vec<String> = unknown_variables(&command(), names.map(str::to_owned)).collect();
         assert!(found.len() == 1 && found[0].starts_with("OVERCOAT_MAXSIZE: "), "{found:?}");
