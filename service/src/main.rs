@@ -81,6 +81,8 @@ fn main() -> ExitCode {
                     serve::config::unknown_variables(options, names)
                         .for_each(|warning| eprintln!("overcoat-service: warning: {warning}"));
                 }
+                serve::config::visible_secrets(&given)
+                    .for_each(|warning| eprintln!("overcoat-service: warning: {warning}"));
                 serve::run(serve::config::read(&command, &arguments, &given, of_matches)?).await
             }
             // Done above.

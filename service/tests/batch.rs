@@ -349,3 +349,40 @@ fn wrong_usage_is_one_line() {
         assert!(told_line(&output).contains(what), "{}", told(&output));
     }
 }
+
+/// One file of presets serves the service and batches.
+#[test]
+fn presets_are_those_of_the_service() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("pictures");
+    let presets = folder.path().join("presets.toml");
+    let text = "[preset]\nthumb = 'size:24/format:webp'\n[preset.wide]\nsize = [40, 20]\nview = 'top'\n[allow]\nsize = [8]\n";
+    std::fs::write(&presets, text).unwrap();
+    let models = folder.path().join("list.jsonl");
+    let cube = assets().join("rounded-cube.glb");
+    let row = |more: &str| format!("{{\"model\": {:?}{more}}}\n", cube.to_str().unwrap());
+    std::fs::write(&models, row(", \"out\": \"a.png\", \"preset\": \"wide\", \"size\": 30") + &row(""))
+        .unwrap();
+    let arguments = |preset: &'static str| {
+        let paths = [models.as_path(), out.as_path(), presets.as_path()].map(|path| path.to_str().unwrap());
+        batch(&[paths[0], "-o", paths[1], "--presets", paths[2], "--preset", preset])
+    };
+    let done = arguments("thumb,wide");
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    let side = |name: &str, at: usize| {
+        let all = files(&out);
+        let (_, bytes) = all.iter().find(|(path, _)| path.ends_with(name)).unwrap();
+        u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap())
+    };
+    assert_eq!((side("a.png", 16), side("a.png", 20)), (30, 30));
+    assert_eq!((side("glb.wide.png", 16), side("glb.wide.png", 20)), (40, 20));
+    assert!(files(&out).keys().any(|path| path.ends_with("glb.thumb.webp")), "{:?}", files(&out).keys());
+    assert_eq!(files(&out).len(), 3);
+    let wrong = arguments("card");
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(
+        told(&wrong).contains("--preset: there is no preset 'card' among thumb, wide"),
+        "{}",
+        told(&wrong)
+    );
+}

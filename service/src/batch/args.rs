@@ -39,6 +39,15 @@ pub struct BatchArgs {
           help_heading = "Batch")]
     pub views: Vec<String>,
 
+    /// File of presets (TOML), as of the service: names for sets of options; columns and keys "preset" of a manifest name some of them
+    #[arg(long, value_name = "FILE", help_heading = "Batch")]
+    pub presets: Option<PathBuf>,
+
+    /// Presets of that file, with commas: each model is drawn by each; a row's own options go before theirs
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "presets", conflicts_with_all = ["sizes", "views"],
+          help_heading = "Batch")]
+    pub preset: Vec<String>,
+
     /// Write OUT.json beside each picture: what overcoat render --json tells, without times
     #[arg(long, help_heading = "Batch")]
     pub sidecars: bool,

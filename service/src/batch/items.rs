@@ -4,6 +4,7 @@ use crate::place::{Place, is_url};
 use overcoat::load::Format;
 use overcoat_cli::worker::protocol::PictureRequest;
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A model and the pictures of it.
@@ -37,6 +38,40 @@ pub struct Defaults {
     pub sizes: Vec<u32>,
     /// Views, each a picture.
     pub views: Vec<String>,
+    /// Presets, each a picture.
+    pub presets: Presets,
+}
+
+/// Sets of options under names.
+#[derive(Clone, Debug, Default)]
+pub struct Presets {
+    /// All of them.
+    pub known: BTreeMap<String, PictureRequest>,
+    /// Names of those that pictures are made by; none if there are none.
+    pub chosen: Vec<String>,
+}
+
+impl Presets {
+    /// Presets of which others are chosen: names with commas.
+    ///
+    /// # Errors
+    /// One line that names the preset that does not exist.
+    pub fn choose(mut self, names: &str) -> Result<Self, String> {
+        let names = names.split(',').map(str::trim).filter(|name| !name.is_empty());
+        self.chosen = names.map(str::to_owned).collect();
+        match self.chosen.iter().find(|name| !self.known.contains_key(*name)) {
+            Some(name) => {
+                let known: Vec<&str> = self.known.keys().map(String::as_str).collect();
+                Err(format!("there is no preset '{name}' among {}", known.join(", ")))
+            }
+            None => Ok(self),
+        }
+    }
+
+    /// Options of the chosen ones, with their names.
+    fn pictures(&self) -> impl Iterator<Item = (&str, &PictureRequest)> {
+        self.chosen.iter().filter_map(|name| Some((name.as_str(), self.known.get(name)?)))
+    }
 }
 
 /// Endings of packed files.
@@ -63,6 +98,15 @@ impl Defaults {
         let views: Vec<Option<&str>> = some_or_one(self.views.iter().map(String::as_str));
         let sizes: Vec<Option<u32>> = some_or_one(self.sizes.iter().copied());
         let mut pictures = Vec::with_capacity(views.len() * sizes.len());
+        for (preset, own) in self.presets.pictures() {
+            let mut request = own.clone();
+            request.keys.extend(keys.clone());
+            let out = format!("{name}.{preset}.{}", request.format);
+            pictures.push(Wanted { out, request });
+        }
+        if !pictures.is_empty() {
+            return pictures;
+        }
         for view in views {
             for &size in &sizes {
                 let mut request = self.request.clone();
@@ -94,7 +138,7 @@ impl Defaults {
         }
     }
 
-    /// An item of a manifest: a row whose keys are `model`, `out`, `format`, `aov`, `jpeg_quality`, `pictures` (a list of such rows,
+    /// An item of a manifest: a row whose keys are `model`, `out`, `format`, `aov`, `jpeg_quality`, `preset`, `pictures` (a list of such rows,
     /// without `model`) and those of scene files. Paths are relative to `folder`.
     ///
     /// # Errors
@@ -126,6 +170,11 @@ impl Defaults {
         Ok(Item { place, name, shown: model, pictures })
     }
 
+    fn each_request(&mut self, change: impl Fn(&mut PictureRequest)) {
+        change(&mut self.request);
+        self.presets.known.values_mut().for_each(change);
+    }
+
     fn pictures_of_row(&self, name: &str, mut row: Map<String, Value>) -> Result<Vec<Wanted>, String> {
         let mut own = self.clone();
         let text = |key: &str, value: Option<Value>| match value {
@@ -134,18 +183,22 @@ impl Defaults {
             Some(other) => Err(format!("{key}: expected a text, got {other}")),
         };
         let out = text("out", row.remove("out"))?;
+        if let Some(names) = text("preset", row.remove("preset"))? {
+            own.presets = own.presets.choose(&names).map_err(|e| format!("preset: {e}"))?;
+        }
         if let Some(format) = text("format", row.remove("format"))? {
-            own.request.format = format;
+            own.each_request(|request| request.format.clone_from(&format));
         }
         if let Some(quality) = row.remove("jpeg_quality") {
             let within = quality.as_u64().filter(|q| (1..=100).contains(q));
             let within = within.ok_or_else(|| format!("jpeg_quality: expected 1 to 100, got {quality}"))?;
-            own.request.jpeg_quality = Some(within as u8);
+            own.each_request(|request| request.jpeg_quality = Some(within as u8));
         }
         match row.remove("aov") {
             None => {}
             Some(Value::String(list)) => {
-                own.request.aovs = list.split(',').map(|name| name.trim().to_owned()).collect();
+                let names: Vec<String> = list.split(',').map(|name| name.trim().to_owned()).collect();
+                own.each_request(|request| request.aovs.clone_from(&names));
             }
             Some(other) => return Err(format!("aov: expected names with commas, got {other}")),
         }
@@ -162,7 +215,7 @@ impl Defaults {
         let mut pictures = match &out {
             Some(out) => {
                 if let Some(format) = format_of(out) {
-                    own.request.format = format;
+                    own.each_request(|request| request.format.clone_from(&format));
                 }
                 own.pictures(name, &row)
             }
@@ -266,6 +319,31 @@ mod tests {
             ]
         );
         assert_eq!(defaults().pictures("b.stl", &Map::new())[0].out, "b.stl.png");
+    }
+
+    #[test]
+    fn presets_are_pictures() {
+        let mut known = BTreeMap::new();
+        for (name, size, format) in [("hero", 900, "webp"), ("thumb", 64, "png")] {
+            let mut request = PictureRequest { format: format.to_owned(), ..PictureRequest::default() };
+            request.keys.insert("size".to_owned(), size.into());
+            known.insert(name.to_owned(), request);
+        }
+        let presets = Presets { known, chosen: Vec::new() };
+        let all = Defaults { presets: presets.clone().choose("hero, thumb").unwrap(), ..defaults() };
+        assert_eq!(
+            row(&all, json!({"model": "x.glb", "quality": "good"})).unwrap(),
+            [
+                ("x.glb.hero.webp".to_owned(), json!({"size": 900, "quality": "good"})),
+                ("x.glb.thumb.png".to_owned(), json!({"size": 64, "quality": "good"})),
+            ]
+        );
+        let one = json!({"model": "x.glb", "preset": "thumb", "size": 32, "out": "y.jpg"});
+        assert_eq!(row(&all, one).unwrap(), [("y.jpg".to_owned(), json!({"size": 32}))]);
+        let none = Defaults { presets: presets.clone(), ..defaults() };
+        assert_eq!(row(&none, json!({"model": "x.glb"})).unwrap(), [("x.glb.png".to_owned(), json!({}))]);
+        let wrong = row(&none, json!({"model": "x.glb", "preset": "card"})).unwrap_err();
+        assert_eq!(wrong, "preset: there is no preset 'card' among hero, thumb");
     }
 
     #[test]

@@ -139,7 +139,7 @@ fn csv_row(
         }
         // Numbers, lists and the like as JSON has them; any other value is a text, and so are paths.
         let value = match name.as_str() {
-            "model" | "out" | "format" | "aov" => Value::String(text.to_owned()),
+            "model" | "out" | "format" | "aov" | "preset" => Value::String(text.to_owned()),
             _ => serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned())),
         };
         row.insert(name.clone(), value);

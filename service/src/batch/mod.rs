@@ -10,10 +10,11 @@ pub mod shard;
 use crate::common::Common;
 use crate::place::{Place, is_url};
 use crate::pool::{Pool, PoolOptions, TimeLimits};
+use crate::serve::rules::Rules;
 use args::BatchArgs;
 use futures_util::StreamExt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use items::{Defaults, Item, is_model};
+use items::{Defaults, Item, Presets, is_model};
 use manifest::{Manifest, is_manifest};
 use overcoat_cli::worker::protocol::PictureRequest;
 use report::Report;
@@ -42,7 +43,8 @@ pub async fn run(args: &BatchArgs) -> Result<u8, (u8, String)> {
         None => Shard::default(),
     };
     let to = Place::new(&args.output).map_err(usage)?;
-    let items = Source::open(args).await.map_err(|message| (1, message))?;
+    let presets = presets(args, &common).map_err(usage)?;
+    let items = Source::open(args, presets).await.map_err(|message| (1, message))?;
     let (report, previous) =
         Report::open(&report_path(args, &to, shard)?, args.resume).map_err(|message| (1, message))?;
     let pool = |common: &Common, other: bool| pool_options(args, common, other).map(Pool::new);
@@ -104,7 +106,7 @@ enum Rows {
 }
 
 impl Source {
-    async fn open(args: &BatchArgs) -> Result<Self, String> {
+    async fn open(args: &BatchArgs, presets: Presets) -> Result<Self, String> {
         let request = PictureRequest {
             format: args.encoding.output_format.unwrap_or_default().extension().to_owned(),
             jpeg_quality: args.encoding.jpeg_quality,
@@ -112,7 +114,7 @@ impl Source {
             report: args.sidecars,
             ..PictureRequest::default()
         };
-        let defaults = Defaults { request, sizes: args.sizes.clone(), views: args.views.clone() };
+        let defaults = Defaults { request, sizes: args.sizes.clone(), views: args.views.clone(), presets };
         let path = Path::new(&args.input);
         if args.input == "-" || (!is_url(&args.input) && is_manifest(path)) {
             let count = count_lines(path, args.input == "-")?;
@@ -145,6 +147,22 @@ impl Source {
             Rows::Manifest(manifest) => manifest.next(&self.defaults),
         }
     }
+}
+
+/// Presets of the file, those that are asked for among them.
+fn presets(args: &BatchArgs, common: &Common) -> Result<Presets, String> {
+    let Some(path) = &args.presets else { return Ok(Presets::default()) };
+    let mut rules = Rules::new(&common.start.description, args.draw.input.limits.limits(), &args.encoding);
+    rules.add_file(path).map_err(|e| format!("--presets {e}"))?;
+    let picture = |name: &String| {
+        let picture = rules.picture_of_preset(name).map_err(|problem| problem.message)?;
+        let own_planes = args.aov.iter().map(|aov| aov.name().to_owned()).collect();
+        let aovs = if picture.aovs.is_empty() { own_planes } else { picture.aovs };
+        Ok::<_, String>((name.clone(), PictureRequest { aovs, report: args.sidecars, ..picture }))
+    };
+    let known = rules.presets.keys().map(picture).collect::<Result<_, _>>()?;
+    let presets = Presets { known, chosen: Vec::new() };
+    presets.choose(&args.preset.join(",")).map_err(|e| format!("--preset: {e}"))
 }
 
 /// Folder and name of a single model.

@@ -4,6 +4,7 @@ use super::app::App;
 use super::cache::Picture;
 use super::error::{Kind, Problem, Told};
 use super::render::Answer;
+use super::rules::PRICE;
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -25,6 +26,12 @@ pub struct Wishes<'a> {
     pub headers: &'a HeaderMap,
     /// The format was chosen by `Accept`.
     pub negotiated: bool,
+    /// Price of the picture in units.
+    pub price: u64,
+    /// Seconds until the path expires.
+    pub seconds: Option<u64>,
+    /// Nobody has this answer without a key.
+    pub needs_key: bool,
 }
 
 impl Wishes<'_> {
@@ -120,7 +127,14 @@ fn whole(
 
 fn common_headers(app: &App, wishes: &Wishes<'_>, key: &str, headers: &mut HeaderMap) {
     set(headers, header::ETAG, &etag(key));
-    set(headers, header::CACHE_CONTROL, &app.args.cache_control);
+    let own = &app.args.cache_control;
+    // Caches that several clients share would show it to those who have no key.
+    let own = if wishes.needs_key { &private(own) } else { own };
+    match wishes.seconds {
+        Some(seconds) => set(headers, header::CACHE_CONTROL, &no_longer_than(own, seconds)),
+        None => set(headers, header::CACHE_CONTROL, own),
+    }
+    headers.insert(PRICE, wishes.price.into());
     if wishes.negotiated {
         set(headers, header::VARY, "Accept");
     }
@@ -133,6 +147,33 @@ fn set(headers: &mut HeaderMap, name: HeaderName, value: &str) {
     if let Ok(value) = HeaderValue::from_str(value) {
         headers.insert(name, value);
     }
+}
+
+/// A Cache-Control for one client alone (RFC 9111, 3.5).
+fn private(control: &str) -> String {
+    let parts = control.split(',').map(str::trim);
+    let kept = parts.filter(|part| {
+        let name = part.split('=').next().unwrap_or_default();
+        !["", "public", "private", "s-maxage"].iter().any(|other| name.eq_ignore_ascii_case(other))
+    });
+    std::iter::once("private").chain(kept).collect::<Vec<_>>().join(", ")
+}
+
+/// A Cache-Control by which nothing is fresh for longer (RFC 9111, 5.2.2): an answer without an age of its own gets one.
+fn no_longer_than(control: &str, seconds: u64) -> String {
+    let mut has_age = false;
+    let mut parts: Vec<String> = Vec::new();
+    for part in control.split(',').map(str::trim).filter(|part| !part.is_empty()) {
+        let (name, value) = part.split_once('=').unwrap_or((part, ""));
+        let is_age = ["max-age", "s-maxage"].iter().any(|age| name.eq_ignore_ascii_case(age));
+        has_age |= is_age || name.eq_ignore_ascii_case("no-store");
+        let own = value.trim_matches('"').parse::<u64>().unwrap_or(0);
+        parts.push(if is_age { format!("{name}={}", own.min(seconds)) } else { part.to_owned() });
+    }
+    if !has_age {
+        parts.push(format!("max-age={seconds}"));
+    }
+    parts.join(", ")
 }
 
 /// Milliseconds by stage, as browsers show them.
@@ -177,10 +218,14 @@ fn warnings(all: &[String]) -> String {
 mod tests {
     use super::*;
 
+    fn wishes<'a>(method: &'a Method, headers: &'a HeaderMap) -> Wishes<'a> {
+        Wishes { method, headers, negotiated: false, price: 1, seconds: None, needs_key: false }
+    }
+
     fn range(text: &str, length: usize) -> Result<Option<(usize, usize)>, Kind> {
         let mut headers = HeaderMap::new();
         headers.insert(header::RANGE, text.parse().unwrap());
-        let wishes = Wishes { method: &Method::GET, headers: &headers, negotiated: false };
+        let wishes = wishes(&Method::GET, &headers);
         wishes.range("k", length).map_err(|problem| problem.kind)
     }
 
@@ -199,6 +244,21 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_fresh_for_longer_than_its_path() {
+        for (control, told) in [
+            ("public, max-age=3600", "public, max-age=60"),
+            ("private, max-age=5, s-maxage=\"99\", immutable", "private, max-age=5, s-maxage=60, immutable"),
+            ("no-store", "no-store"),
+            ("", "max-age=60"),
+            ("max-age=x", "max-age=0"),
+        ] {
+            assert_eq!(no_longer_than(control, 60), told, "{control}");
+        }
+        assert_eq!(private("public, max-age=60, s-maxage=9"), "private, max-age=60");
+        assert_eq!(private("no-store"), "private, no-store");
+    }
+
+    #[test]
     fn warnings_fit_into_a_header() {
         let text = warnings(&["a \"b\" ä 😀".to_owned(), "c\nd".to_owned()]);
         assert!(text.is_ascii() && HeaderValue::from_str(&text).is_ok());
@@ -213,8 +273,7 @@ mod tests {
     fn known_pictures_are_known_by_their_tags() {
         let mut headers = HeaderMap::new();
         headers.insert(header::IF_NONE_MATCH, "\"a\", W/\"b\"".parse().unwrap());
-        let has =
-            |method: &Method, key: &str| Wishes { method, headers: &headers, negotiated: false }.has(key);
+        let has = |method: &Method, key: &str| wishes(method, &headers).has(key);
         assert!(has(&Method::GET, "a") && has(&Method::HEAD, "b"));
         assert!(!has(&Method::GET, "c") && !has(&Method::POST, "a"));
     }

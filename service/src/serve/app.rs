@@ -3,25 +3,29 @@
 use super::args::ServeArgs;
 use super::body::Bodies;
 use super::cache::{Cache, Picture};
+use super::clock::Clock;
 use super::error::Problem;
 use super::failures::Failures;
+use super::fair::{Client, Priority};
 use super::flight::Flights;
-use super::gate::Gate;
+use super::gate::{Gate, Order, Place};
 use super::metrics::Metrics;
-use super::options::{Options, Rules};
+use super::offers::Preset;
 use super::path::options_of_preset;
+use super::quota::Quotas;
 use super::recent::Recent;
+use super::rights::{self, Rights};
+use super::rules::{Rules, too_dear};
 use super::sign::Signer;
 use super::source::Sources;
+use super::trace::Trace;
 use crate::common::Common;
 use crate::key::Keys;
 use crate::pool::{Pool, PoolOptions, TimeLimits};
 use overcoat_cli::worker::protocol::Start;
-use serde_json::Value;
-use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use std::time::Duration;
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::{Duration, Instant};
 
 /// Bytes of a picture that a worker may hand over.
 const LARGEST_PICTURE: u64 = 1 << 30;
@@ -52,6 +56,12 @@ pub struct App {
     pub cache: Cache,
     /// Counters and histograms.
     pub metrics: Arc<Metrics>,
+    /// Holders of keys.
+    rights: RwLock<Arc<Rights>>,
+    /// Units that they have spent.
+    pub quotas: Quotas,
+    /// Time of day.
+    clock: Clock,
     /// Check of the signatures of paths.
     pub signer: Signer,
     /// Sources of the models of paths.
@@ -92,6 +102,9 @@ impl App {
             cache: Cache::new(args.cache.as_deref(), args.cache_bytes, Arc::clone(&metrics))
                 .map_err(|e| format!("--cache {e}"))?,
             metrics,
+            rights: RwLock::new(Arc::new(rights_of(&args)?)),
+            quotas: Quotas::default(),
+            clock: Clock::default(),
             signer: Signer::new(&args.key, &args.salt, args.allow_unsigned)?,
             sources: Arc::new(sources),
             bodies: Bodies::new(args.max_body, seconds(args.body_seconds), args.body_rate, args.body_memory),
@@ -101,31 +114,104 @@ impl App {
             args,
         })
     }
+
+    /// The turn of a request that costs so much.
+    ///
+    /// # Errors
+    /// [`Kind::Price`](super::error::Kind::Price) if it is too dear for its key.
+    pub fn order(&self, trace: &Trace, price: u64, priority: Option<Priority>) -> Result<Order, Problem> {
+        let holder = trace.holder();
+        if let Some(most) = holder.and_then(|holder| holder.max_price).filter(|most| price > *most) {
+            return Err(too_dear(price, most));
+        }
+        Ok(Order {
+            client: holder.map_or_else(
+                || Client::of(trace.client()),
+                |holder| Client::Holder(Arc::clone(&holder.name)),
+            ),
+            priority: priority.or_else(|| holder?.priority).unwrap_or_default(),
+            price,
+            workers: holder
+                .and_then(|holder| holder.workers)
+                .or(self.args.client_workers)
+                .unwrap_or(usize::MAX),
+        })
+    }
+
+    /// Takes a place in the queue, and the units of the request from the quota of its key.
+    ///
+    /// # Errors
+    /// [`Problem`] of the quota or of the queue, which takes no units.
+    pub fn enter(&self, trace: &Trace, order: &Order) -> Result<Place, Problem> {
+        if let Some(holder) = trace.holder()
+            && let Some(left) = self.quotas.take(holder, order.price, Instant::now())?
+        {
+            trace.units_left(left);
+        }
+        self.gate.enter(order).inspect_err(|_| self.give_back(trace, order))
+    }
+
+    /// Gives back the units of a request that no worker was given.
+    pub fn give_back(&self, trace: &Trace, order: &Order) {
+        if let Some(holder) = trace.holder() {
+            self.quotas.give_back(holder, order.price);
+        }
+    }
+
+    /// True if requests of a kind need a key.
+    #[must_use]
+    pub fn needs_key(&self, is_upload: bool) -> bool {
+        (is_upload || self.args.bearer_for == "all") && !self.rights().is_empty()
+    }
+
+    /// Holders of keys.
+    #[must_use]
+    pub fn rights(&self) -> Arc<Rights> {
+        Arc::clone(&self.rights.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Reads the file of keys again. Returns the number of holders.
+    ///
+    /// # Errors
+    /// One line; those that are known stay.
+    pub fn read_rights(&self) -> Result<usize, String> {
+        let rights = rights_of(&self.args)?;
+        let count = rights.count();
+        self.quotas.keep(|name| rights.has(name));
+        *self.rights.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(rights);
+        Ok(count)
+    }
+
+    /// Seconds since 1970, which never go back.
+    #[must_use]
+    pub fn seconds(&self) -> u64 {
+        let (seconds, has_jumped) = self.clock.seconds();
+        if has_jumped {
+            self.metrics.clock_jumped();
+            tracing::warn!("the clock of the system has jumped back and is not followed");
+        }
+        seconds
+    }
+}
+
+/// Holders of keys, of the file and of the environment.
+fn rights_of(args: &ServeArgs) -> Result<Rights, String> {
+    let variable = std::env::var(rights::VARIABLE).ok();
+    Rights::read(args.bearer_keys.as_deref(), variable.as_deref())
 }
 
 fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
-    let common = match &start.description {
-        Value::Object(common) => common.clone(),
-        _ => serde_json::Map::new(),
-    };
-    let mut rules = Rules {
-        common,
-        limits: args.draw.input.limits.limits(),
-        max_size: args.max_size,
-        format: args.encoding.output_format.unwrap_or_default(),
-        jpeg_quality: args.encoding.jpeg_quality,
-        presets: BTreeMap::new(),
-    };
+    let mut rules = Rules::new(&start.description, args.draw.input.limits.limits(), &args.encoding);
+    (rules.max_size, rules.max_price) = (args.max_size, args.max_price);
+    if let Some(path) = &args.presets {
+        rules.add_file(path).map_err(|e| format!("--presets {e}"))?;
+    }
     for text in &args.preset {
         let about = |reason: String| format!("--preset {text}: {reason}");
         let (name, options) =
             text.split_once('=').ok_or_else(|| about("expected NAME=OPTIONS".to_owned()))?;
         let pairs = options_of_preset(options).map_err(about)?;
-        // Errors in a preset are found now, and not by every request.
-        let mut asked = Options::default();
-        let set = pairs.iter().try_for_each(|(key, text)| asked.set(key, text, &rules));
-        set.and_then(|()| asked.request(rules.format, &rules)).map_err(|problem| about(problem.message))?;
-        rules.presets.insert(name.trim().to_owned(), pairs);
+        rules.add_preset(name.trim(), Preset { pairs, priority: None }).map_err(about)?;
     }
     Ok(rules)
 }

@@ -1,10 +1,11 @@
 //! The options of `overcoat serve`.
 
+use super::address::Network;
+use super::socket::Address;
 use crate::batch::args::bytes;
 use clap::{Arg, Args};
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
 use overcoat_cli::value_parsers::within;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// `overcoat serve`
@@ -26,13 +27,18 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FILE", help_heading = None::<&str>)]
     pub config: Option<PathBuf>,
 
-    /// Address and port that are listened on, or a port of this machine alone; port 0 takes a free one, which is printed
-    #[arg(long, value_name = "[ADDRESS:]PORT", default_value = "127.0.0.1:8080", value_parser = address, help_heading = None::<&str>)]
-    pub listen: SocketAddr,
+    /// Address and port that are listened on, a port of this machine alone, or unix:PATH; port 0 takes a free one, which is printed
+    #[arg(long, value_name = "[ADDRESS:]PORT", default_value = "127.0.0.1:8080", value_parser = Address::parse, help_heading = None::<&str>)]
+    pub listen: Address,
 
     /// Address and port for metrics and health alone, as of --listen; /metrics is not on the other port then
-    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address, help_heading = "Connections")]
-    pub metrics_listen: Option<SocketAddr>,
+    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = Address::parse, help_heading = "Connections")]
+    pub metrics_listen: Option<Address>,
+
+    /// Network of proxies whose X-Forwarded-For says who the client is, ADDRESS/BITS; may be repeated. With any, all that come over unix:PATH
+    /// are proxies [default: none]
+    #[arg(long, value_name = "NETWORK", value_delimiter = ',', value_parser = Network::new, help_heading = "Connections")]
+    pub trusted_proxies: Vec<Network>,
 
     /// Connections at a time; further ones wait
     #[arg(long, value_name = "N", default_value = "1024", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]
@@ -78,6 +84,16 @@ pub struct ServeArgs {
     #[arg(long, value_name = "NAME=OPTIONS", help_heading = "Pictures")]
     pub preset: Vec<String>,
 
+    /// File of offers (TOML): presets as tables, options that requests may use beside them and their values, and whether presets are
+    /// all that is offered
+    #[arg(long, value_name = "FILE", help_heading = "Pictures")]
+    pub presets: Option<PathBuf>,
+
+    /// Units that a request may cost; a unit is about 10 ms of one processor, and answers tell the price (Overcoat-Price) [default: any
+    /// number]
+    #[arg(long, value_name = "UNITS", value_parser = within::<u64>(1, u64::MAX), help_heading = "Pictures")]
+    pub max_price: Option<u64>,
+
     /// Where pictures are kept: a folder, or the URL of a prefix (s3://, gs://, az://) [default: nowhere]
     #[arg(id = "pictures", long = "cache", value_name = "DIR|URL", help_heading = "Cache")]
     pub cache: Option<String>,
@@ -93,6 +109,19 @@ pub struct ServeArgs {
     /// Salt of signatures, hexadecimal; as many as there are keys
     #[arg(long, value_name = "HEX", value_delimiter = ',', hide_env_values = true, help_heading = "Sources")]
     pub salt: Vec<String>,
+
+    /// File of bearer keys (TOML) with their holders, limits and quotas; SIGHUP reads it again. OVERCOAT_BEARER has keys beside it:
+    /// NAME=KEY, with commas [default: none, nobody needs a key]
+    #[arg(long, value_name = "FILE", help_heading = "Rights")]
+    pub bearer_keys: Option<PathBuf>,
+
+    /// Requests that need a bearer key, where there are any: uploads, or all for which a worker is needed
+    #[arg(long, value_name = "WHICH", default_value = "uploads", value_parser = ["uploads", "all"], help_heading = "Rights")]
+    pub bearer_for: String,
+
+    /// Pages of this origin may use the service (CORS): https://example.com, or * for all; may be repeated [default: none]
+    #[arg(long, value_name = "ORIGIN", value_delimiter = ',', value_parser = super::cors::origin, help_heading = "Rights")]
+    pub cors_origin: Vec<String>,
 
     /// Print a path, from its options on, with its signature by the first key, and end: /size:256/plain/local://car.glb@png
     #[arg(long, value_name = "PATH", help_heading = "Sources")]
@@ -135,6 +164,10 @@ pub struct ServeArgs {
     /// Seconds that a request waits for a worker
     #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = within::<f64>(0.01, 1e6), help_heading = "Workers")]
     pub queue_seconds: f64,
+
+    /// Workers that one client may have at a time; the queue is fair by client and price in any case [default: all of them]
+    #[arg(long, value_name = "N", value_parser = within::<usize>(1, 4096), help_heading = "Workers")]
+    pub client_workers: Option<usize>,
 
     /// Processes that draw, each with --threads threads (1 unless given) [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = within::<usize>(1, 4096), help_heading = "Workers")]
@@ -201,18 +234,9 @@ fn header(text: &str) -> Result<String, String> {
     }
 }
 
-/// Reads an address with a port. A port alone, and `localhost`, are the loopback address of IPv4.
-fn address(text: &str) -> Result<SocketAddr, String> {
-    let port = text.strip_prefix("localhost:").unwrap_or(text);
-    if let Ok(port) = port.parse::<u16>() {
-        return Ok(SocketAddr::from(([127, 0, 0, 1], port)));
-    }
-    text.parse().map_err(|_| "no address with a port, such as 0.0.0.0:8080, [::1]:8080 or 8080".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{ServeArgs, address};
+    use super::ServeArgs;
     use clap::{Args, Command, FromArgMatches};
 
     /// Debug builds of clap look for options of one name.
@@ -224,16 +248,5 @@ mod tests {
         assert_eq!(ServeArgs::from_arg_matches(&given).unwrap().cache.as_deref(), Some("s3://bucket/x"));
         let refused = command.try_get_matches_from(["serve", "--environment-cache", "x"]).unwrap_err();
         assert!(refused.to_string().contains("workers reach no folder"), "{refused}");
-    }
-
-    #[test]
-    fn addresses_may_be_ports_alone() {
-        for text in ["8080", "localhost:8080", "127.0.0.1:8080"] {
-            assert_eq!(address(text).unwrap().to_string(), "127.0.0.1:8080", "{text}");
-        }
-        assert_eq!(address("[::1]:0").unwrap().to_string(), "[::1]:0");
-        for text in ["", "example.org:80", "localhost", "70000", "127.0.0.1"] {
-            assert!(address(text).is_err(), "{text}");
-        }
     }
 }

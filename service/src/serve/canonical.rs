@@ -62,7 +62,7 @@ mod tests {
 
     fn asked(text: &str) -> PictureRequest {
         let options = of_pairs(form_urlencoded::parse(text.as_bytes()), &rules()).unwrap();
-        options.request(options.format.unwrap_or(OutputFormat::Png), &rules()).unwrap()
+        options.request(options.format.unwrap_or(OutputFormat::Png), &rules()).unwrap().0
     }
 
     #[test]

@@ -34,6 +34,7 @@ pub fn unknown_variables(
             .iter()
             .any(|start| name.starts_with(start))
             || name.ends_with("_BINARY")
+            || name == super::rights::VARIABLE
     };
     let mut unknown: Vec<String> = names
         .into_iter()
@@ -43,6 +44,18 @@ pub fn unknown_variables(
     unknown.into_iter().map(move |name| {
         let near = suggestion(nearest_name(&name, known.iter().map(String::as_str)));
         format!("{name}: there is no such option{near}")
+    })
+}
+
+/// Warnings about secrets that stand on the command line, which every user of the machine can read.
+pub fn visible_secrets(given: &ArgMatches) -> impl Iterator<Item = String> {
+    let serve = given.subcommand_matches("serve");
+    let visible = move |name: &&str| {
+        serve.is_some_and(|serve| serve.value_source(name) == Some(ValueSource::CommandLine))
+    };
+    ["key", "salt"].into_iter().filter(visible).map(|name| {
+        let variable = variable_of(name);
+        format!("--{name} on the command line is visible to all users of this machine; {variable} or a file is not")
     })
 }
 
@@ -177,6 +190,7 @@ mod tests {
             "OVERCOAT_SERVICE_HOST",
             "OVERCOAT_PORT_80_TCP",
             "OVERCOAT_CORPUS",
+            "OVERCOAT_BEARER",
         ];
         let found: Vec<String> = unknown_variables(&command(), names.map(str::to_owned)).collect();
         assert!(found.len() == 1 && found[0].starts_with("OVERCOAT_MAXSIZE: "), "{found:?}");

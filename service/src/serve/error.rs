@@ -16,10 +16,24 @@ const LONGEST_MESSAGE: usize = 500;
 pub enum Kind {
     /// An option is unknown, not allowed, or out of its range.
     Options,
+    /// A preset that does not exist.
+    Preset,
+    /// An option, or a value of it, that the operator does not offer.
+    NotOffered,
     /// A path without a signature where one is needed.
     Unsigned,
     /// A signature that no key makes.
     Signature,
+    /// A signed path whose time is over.
+    Expired,
+    /// No key where one is needed.
+    NoKey,
+    /// A key that nobody has.
+    Key,
+    /// A key whose time is over.
+    KeyExpired,
+    /// A page of an origin that is not allowed.
+    Origin,
     /// A source that is not allowed.
     Source,
     /// No such route, or no such source.
@@ -40,12 +54,16 @@ pub enum Kind {
     Model,
     /// The model, or the picture, needs more than a limit of the renderer allows.
     Limit,
+    /// The picture costs more units than a request may.
+    Price,
     /// The model needs more memory than a worker may take.
     Memory,
     /// The worker ended.
     Worker,
     /// The source cannot be read.
     SourceFailed,
+    /// The quota of the key is spent.
+    Quota,
     /// The queue is full.
     QueueFull,
     /// No worker was free in time, or there is no memory for another body.
@@ -65,8 +83,15 @@ impl Kind {
     #[cfg(test)]
     pub const ALL: &[Self] = &[
         Self::Options,
+        Self::Preset,
+        Self::NotOffered,
         Self::Unsigned,
         Self::Signature,
+        Self::Expired,
+        Self::NoKey,
+        Self::Key,
+        Self::KeyExpired,
+        Self::Origin,
         Self::Source,
         Self::NotFound,
         Self::Method,
@@ -77,9 +102,11 @@ impl Kind {
         Self::Range,
         Self::Model,
         Self::Limit,
+        Self::Price,
         Self::Memory,
         Self::Worker,
         Self::SourceFailed,
+        Self::Quota,
         Self::QueueFull,
         Self::Busy,
         Self::Stopping,
@@ -103,8 +130,15 @@ impl Kind {
     fn row(self) -> (StatusCode, &'static str) {
         match self {
             Self::Options => (StatusCode::BAD_REQUEST, "options"),
+            Self::Preset => (StatusCode::BAD_REQUEST, "preset"),
+            Self::NotOffered => (StatusCode::BAD_REQUEST, "not_offered"),
             Self::Unsigned => (StatusCode::UNAUTHORIZED, "unsigned"),
             Self::Signature => (StatusCode::FORBIDDEN, "signature"),
+            Self::Expired => (StatusCode::GONE, "expired"),
+            Self::NoKey => (StatusCode::UNAUTHORIZED, "no_key"),
+            Self::Key => (StatusCode::UNAUTHORIZED, "key"),
+            Self::KeyExpired => (StatusCode::UNAUTHORIZED, "key_expired"),
+            Self::Origin => (StatusCode::FORBIDDEN, "origin"),
             Self::Source => (StatusCode::FORBIDDEN, "source"),
             Self::NotFound => (StatusCode::NOT_FOUND, "not_found"),
             Self::Method => (StatusCode::METHOD_NOT_ALLOWED, "method"),
@@ -115,9 +149,11 @@ impl Kind {
             Self::Range => (StatusCode::RANGE_NOT_SATISFIABLE, "range"),
             Self::Model => (StatusCode::UNPROCESSABLE_ENTITY, "model"),
             Self::Limit => (StatusCode::UNPROCESSABLE_ENTITY, "limit"),
+            Self::Price => (StatusCode::UNPROCESSABLE_ENTITY, "price"),
             Self::Memory => (StatusCode::UNPROCESSABLE_ENTITY, "memory"),
             Self::Worker => (StatusCode::INTERNAL_SERVER_ERROR, "worker"),
             Self::SourceFailed => (StatusCode::BAD_GATEWAY, "source_failed"),
+            Self::Quota => (StatusCode::TOO_MANY_REQUESTS, "quota"),
             Self::QueueFull => (StatusCode::TOO_MANY_REQUESTS, "queue_full"),
             Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, "busy"),
             Self::Stopping => (StatusCode::SERVICE_UNAVAILABLE, "stopping"),

@@ -6,7 +6,7 @@ use super::app::App;
 use super::body::Held;
 use super::error::{Kind, Problem};
 use super::media;
-use super::options::{Options, of_pairs};
+use super::options::{Options, Priced, of_pairs};
 use super::path;
 use super::pipeline as operations;
 use super::render::{Asked, picture};
@@ -65,7 +65,8 @@ async fn answer_body(
     // Errors in the options are told before the model is read.
     let checked = options.and_then(|options| {
         let (format, _) = format(app, &options, &parts.headers)?;
-        options.request(format, &app.rules)?;
+        let priced = options.priced(format, &app.rules)?;
+        app.order(&trace, priced.price, priced.priority)?;
         Ok(options)
     });
     let mut options = match checked {
@@ -80,16 +81,24 @@ async fn answer_body(
         options.set(key, text, &app.rules)?;
     }
     let (format, negotiated) = format(app, &options, &parts.headers)?;
-    let request = options.request(format, &app.rules)?;
-    trace.options(&options, &request);
+    let Priced { request, price, priority } = options.priced(format, &app.rules)?;
+    trace.options(&options, &request, price);
     settle(&trace, &mut upload, &options)?;
-    let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated };
+    let wishes = Wishes {
+        method: &parts.method,
+        headers: &parts.headers,
+        negotiated,
+        price,
+        seconds: None,
+        needs_key: app.needs_key(true),
+    };
     let asked = Asked {
         identity: upload.identity(),
         name: upload.name,
         model: upload.model,
         files: Arc::new(upload.files),
         request,
+        order: app.order(&trace, price, priority)?,
         trace,
         held: upload.held,
     };
@@ -135,11 +144,20 @@ pub async fn path(
     let (parts, _) = request.into_parts();
     let asked = signed(&app, &parts.uri, "")?;
     let (format, negotiated) = format(&app, &asked.options, &parts.headers)?;
-    let request = asked.options.request(format, &app.rules)?;
-    trace.options(&asked.options, &request);
+    let Priced { request, price, priority } = asked.options.priced(format, &app.rules)?;
+    trace.options(&asked.options, &request, price);
     let (Source { name, model, files }, held) = open(&app, &trace, &asked.source).await?;
-    let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated };
-    let asked = Asked { name, model, files, identity: asked.source, request, trace, held };
+    let seconds = asked.expires.map(|end| end.saturating_sub(app.seconds()));
+    let wishes = Wishes {
+        method: &parts.method,
+        headers: &parts.headers,
+        negotiated,
+        price,
+        seconds,
+        needs_key: app.needs_key(false),
+    };
+    let order = app.order(&trace, price, priority)?;
+    let asked = Asked { name, model, files, identity: asked.source, request, order, trace, held };
     let answer = picture(&app, asked, |key| wishes.has(key)).await?;
     Ok(respond(&app, &wishes, &answer))
 }
@@ -155,7 +173,13 @@ pub(super) fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, 
         return Err(none());
     }
     app.signer.check(signature, signed)?;
-    path::read(signed, &app.rules)
+    let asked = path::read(signed, &app.rules)?;
+    match asked.expires {
+        Some(end) if app.seconds() >= end => {
+            Err(Problem::new(Kind::Expired, "the time of this path is over"))
+        }
+        _ => Ok(asked),
+    }
 }
 
 /// Opens a source, unless it has failed a short while ago.

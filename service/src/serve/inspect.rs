@@ -3,8 +3,11 @@
 use super::app::App;
 use super::body::Held;
 use super::error::{Kind, Problem};
+use super::gate::Order;
 use super::handlers::{of_query, open, receive, settle, signed};
+use super::price;
 use super::render::hash;
+use super::rules::PRICE;
 use super::source::Source;
 use super::trace::Trace;
 use super::upload::Upload;
@@ -27,6 +30,8 @@ struct Inspected {
     files: Arc<dyn Files>,
     /// Identity of the files, which tells them from those of another request.
     identity: String,
+    /// Turn in the queue.
+    order: Order,
     /// Trace of the request.
     trace: Arc<Trace>,
     /// Bytes of the model, counted.
@@ -56,7 +61,8 @@ pub async fn of_body(
     let identity = upload.identity();
     let files = Arc::new(std::mem::take(&mut upload.files));
     let Upload { name, model, held, .. } = upload;
-    let asked = Inspected { name, model, files, identity, trace, held };
+    let order = app.order(&trace, price::BASE, None)?;
+    let asked = Inspected { name, model, files, identity, order, trace, held };
     inspect(&app, asked).await
 }
 
@@ -71,25 +77,29 @@ pub async fn of_path(
 ) -> Result<Response, Problem> {
     let asked = signed(&app, request.uri(), "/info")?;
     let (Source { name, model, files }, held) = open(&app, &trace, &asked.source).await?;
-    inspect(&app, Inspected { name, model, files, identity: asked.source, trace, held }).await
+    let order = app.order(&trace, price::BASE, None)?;
+    inspect(&app, Inspected { name, model, files, identity: asked.source, order, trace, held }).await
 }
 
 /// Lets a worker describe a model, unless that has failed a short while ago.
 async fn inspect(app: &Arc<App>, asked: Inspected) -> Result<Response, Problem> {
     let hash = hash(&asked.model).await?;
     asked.trace.model(&hash);
+    asked.trace.price(asked.order.price);
     // No name of other work begins so. Without files beside it the name of a model says its format alone.
     let work = format!("info {hash}/{}/{}", asked.name, asked.identity);
     if let Some(problem) = app.failures.of(&work, Instant::now()) {
         app.metrics.remembered();
         return Err(problem);
     }
-    let place = app.gate.enter()?;
+    let place = app.enter(&asked.trace, &asked.order)?;
     let app = Arc::clone(app);
     // A worker finishes its work, as for pictures.
     let contents = tokio::spawn(async move {
         let begun = Instant::now();
-        let turn = app.gate.turn().await?;
+        let turn = app.gate.turn(place).await;
+        let turn = turn.inspect_err(|_| app.give_back(&asked.trace, &asked.order))?;
+        app.metrics.units(asked.order.price);
         asked.trace.queue(begun.elapsed());
         let mut contents = describe(&app, &asked).await;
         // Once, as for pictures.
@@ -99,12 +109,12 @@ async fn inspect(app: &Arc<App>, asked: Inspected) -> Result<Response, Problem> 
         app.failures.note(&work, contents.as_ref().err(), Instant::now());
         app.metrics.worked(asked.trace.meter.time());
         asked.trace.worked();
-        drop((turn, place));
+        drop(turn);
         contents
     });
     let contents = contents.await.map_err(|e| Problem::new(Kind::Worker, e.to_string()))??;
     let json = HeaderValue::from_static("application/json");
-    Ok(([(header::CONTENT_TYPE, json)], contents).into_response())
+    Ok(([(header::CONTENT_TYPE, json), (PRICE, price::BASE.into())], contents).into_response())
 }
 
 async fn describe(app: &App, asked: &Inspected) -> Result<Vec<u8>, Problem> {

@@ -2,7 +2,8 @@
 
 use super::app::App;
 use super::routes::{router, watchers};
-use super::stream::{Patient, is_http2};
+use super::socket::Listener;
+use super::stream::{Patient, Stream, first_bytes};
 use super::trace::Peer;
 use hyper::Request;
 use hyper::body::Incoming;
@@ -16,7 +17,6 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
-use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
@@ -32,19 +32,22 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(50);
 /// Connections at a time to the port of metrics.
 const WATCHERS: usize = 64;
+/// A connection, and the address of its client, if it has one.
+type Accepted = (Stream, Option<IpAddr>);
+
 /// Requests at a time on one connection of HTTP/2.
 const STREAMS: u32 = 64;
 
 /// Serves connections until `stop` says so; then those that are there to their end, but no longer than is allowed.
-pub async fn serve(app: Arc<App>, listener: TcpListener, stop: watch::Receiver<bool>) {
+pub async fn serve(app: Arc<App>, listener: Listener, stop: watch::Receiver<bool>) {
     let connections = Arc::new(Semaphore::new(app.args.max_connections));
     let mut served = JoinSet::new();
     let service = TowerToHyperService::new(router(&app));
-    let begin = |served: &mut JoinSet<()>, stream: TcpStream, permit: OwnedSemaphorePermit| {
+    let begin = |served: &mut JoinSet<()>, accepted: Accepted, permit: OwnedSemaphorePermit| {
         let (app, service, stop) = (Arc::clone(&app), service.clone(), stop.clone());
         served.spawn(async move {
             app.metrics.connection(true);
-            connection(&app, service, stream, stop).await;
+            connection(&app, service, accepted, stop).await;
             app.metrics.connection(false);
             drop(permit);
         });
@@ -57,7 +60,7 @@ pub async fn serve(app: Arc<App>, listener: TcpListener, stop: watch::Receiver<b
             accepted = accept(&listener, &connections) => accepted,
         };
         match accepted {
-            Ok((stream, permit)) => begin(&mut served, stream, permit),
+            Ok((accepted, permit)) => begin(&mut served, accepted, permit),
             Err(error) => {
                 tracing::warn!(%error, "a connection cannot be accepted");
                 tokio::time::sleep(PAUSE).await;
@@ -68,27 +71,27 @@ pub async fn serve(app: Arc<App>, listener: TcpListener, stop: watch::Receiver<b
     app.stopping.store(true, Relaxed);
     let end = Instant::now() + LAST_WORDS;
     while Instant::now() < end
-        && let Ok(Ok((stream, permit))) =
+        && let Ok(Ok((accepted, permit))) =
             tokio::time::timeout(LAST_CALL, accept(&listener, &connections)).await
     {
-        begin(&mut served, stream, permit);
+        begin(&mut served, accepted, permit);
     }
     drop(listener);
     finish(&app, served).await;
 }
 
 /// Serves those who watch over the service, on a port of their own, for as long as it is polled.
-pub async fn serve_watchers(app: Arc<App>, listener: TcpListener) {
+pub async fn serve_watchers(app: Arc<App>, listener: Listener) {
     let connections = Arc::new(Semaphore::new(WATCHERS));
     let mut served = JoinSet::new();
     let service = TowerToHyperService::new(watchers(&app));
     let never = watch::Sender::new(false);
     loop {
         match accept(&listener, &connections).await {
-            Ok((stream, permit)) => {
+            Ok((accepted, permit)) => {
                 let (app, service, stop) = (Arc::clone(&app), service.clone(), never.subscribe());
                 served.spawn(async move {
-                    connection(&app, service, stream, stop).await;
+                    connection(&app, service, accepted, stop).await;
                     drop(permit);
                 });
             }
@@ -102,14 +105,11 @@ pub async fn serve_watchers(app: Arc<App>, listener: TcpListener) {
 }
 
 async fn accept(
-    listener: &TcpListener,
+    listener: &Listener,
     connections: &Arc<Semaphore>,
-) -> io::Result<(TcpStream, OwnedSemaphorePermit)> {
+) -> io::Result<(Accepted, OwnedSemaphorePermit)> {
     let permit = Arc::clone(connections).acquire_owned().await.map_err(io::Error::other)?;
-    let (stream, _) = listener.accept().await?;
-    // Heads and bodies of answers are not held back for one another.
-    let _ = stream.set_nodelay(true);
-    Ok((stream, permit))
+    Ok((listener.accept().await?, permit))
 }
 
 /// Waits for all connections. Requests still in the queue when the time is over are sent away, and those with a worker
@@ -148,17 +148,19 @@ fn of_client(
     })
 }
 
-async fn connection(app: &App, service: Service, stream: TcpStream, mut stop: watch::Receiver<bool>) {
+async fn connection(app: &App, service: Service, accepted: Accepted, mut stop: watch::Receiver<bool>) {
+    let (mut stream, client) = accepted;
     let patience = Duration::from_secs_f64(app.args.header_seconds);
     let mut stopped = stop.clone();
     let at_the_end = async {
         let _ = stopped.wait_for(|stop| *stop).await.map(drop);
         tokio::time::sleep(LAST_WORDS).await;
     };
-    let first = tokio::select! { first = is_http2(&stream, patience) => first, () = at_the_end => None };
-    let Some(is_http2) = first else { return };
-    let service = of_client(service, stream.peer_addr().ok().map(|address| address.ip()));
-    let stream = TokioIo::new(Patient::new(stream, Duration::from_secs_f64(app.args.write_seconds)));
+    let first =
+        tokio::select! { first = first_bytes(&mut stream, patience) => first, () = at_the_end => None };
+    let Some((is_http2, first)) = first else { return };
+    let service = of_client(service, client);
+    let stream = TokioIo::new(Patient::new(stream, first, Duration::from_secs_f64(app.args.write_seconds)));
     // What goes wrong is the client's, and told to nobody.
     if is_http2 {
         let mut builder = http2::Builder::new(TokioExecutor::new());

@@ -55,6 +55,9 @@ pub struct Metrics {
     timed_out: Counter,
     remembered: Counter,
     worked: Counter<f64, AtomicU64>,
+    units: Counter,
+    clock_jumps: Counter,
+    keys_failures: Counter,
 }
 
 impl Default for Metrics {
@@ -76,6 +79,9 @@ impl Default for Metrics {
             timed_out: Counter::default(),
             remembered: Counter::default(),
             worked: Counter::default(),
+            units: Counter::default(),
+            clock_jumps: Counter::default(),
+            keys_failures: Counter::default(),
         };
         metrics.register();
         metrics
@@ -124,6 +130,17 @@ impl Metrics {
             "Workers that were ended because they took too long",
             self.timed_out.clone(),
         );
+        registry.register("units", "Price of the work that workers were given", self.units.clone());
+        registry.register(
+            "clock_jumps",
+            "Times that the clock of the system was found to have jumped back",
+            self.clock_jumps.clone(),
+        );
+        registry.register(
+            "keys_failures",
+            "Times that the file of keys could not be read again",
+            self.keys_failures.clone(),
+        );
         registry.register("worker_cpu_seconds", "Processor time of workers", self.worked.clone());
         registry.register(
             "failures_remembered",
@@ -135,6 +152,21 @@ impl Metrics {
     /// Workers have spent processor time.
     pub fn worked(&self, time: Option<Duration>) {
         self.worked.inc_by(time.unwrap_or_default().as_secs_f64());
+    }
+
+    /// The clock of the system has jumped back.
+    pub fn clock_jumped(&self) {
+        self.clock_jumps.inc();
+    }
+
+    /// The file of keys cannot be read again.
+    pub fn keys_failed(&self) {
+        self.keys_failures.inc();
+    }
+
+    /// Work of so many units has a worker.
+    pub fn units(&self, price: u64) {
+        self.units.inc_by(price);
     }
 
     /// A failure of a short while ago has answered a request.

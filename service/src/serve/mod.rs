@@ -9,28 +9,38 @@ pub mod args;
 mod body;
 mod cache;
 mod canonical;
+mod clock;
 pub mod config;
+mod cors;
 mod disk;
 mod error;
 mod failures;
+mod fair;
 mod fetch;
 mod flight;
+mod forwarded;
 mod gate;
 mod handlers;
 mod inspect;
 mod listen;
 mod media;
 mod metrics;
+mod offers;
 mod options;
 mod pages;
 mod path;
 mod pipeline;
 mod plain;
+mod price;
 mod process;
+mod quota;
 mod recent;
 mod render;
+mod rights;
 mod routes;
+pub(crate) mod rules;
 mod sign;
+mod socket;
 mod source;
 mod status;
 mod stream;
@@ -44,11 +54,10 @@ use app::App;
 use args::ServeArgs;
 use overcoat_cli::worker::protocol::{PictureRequest, Work};
 use sign::Signer;
+use socket::{Address, Listener};
 use std::io::Write;
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
-use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt;
@@ -67,30 +76,30 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
         return Ok(0);
     }
     log(&args.log, &args.log_format);
-    let address = args.listen;
+    let address = args.listen.clone();
     let app = Arc::new(App::new(args).map_err(|message| (2, message))?);
     // Before a port is taken: the first client finds a worker that can draw.
     warm(&app).await.map_err(|message| (1, message))?;
-    let (listener, bound) = bind(address).await?;
-    let beside = match app.args.metrics_listen {
+    let listener = bind(&address).await?;
+    let beside = match &app.args.metrics_listen {
         Some(address) => Some(bind(address).await?),
         None => None,
     };
     // For people and for scripts that let the system choose the port; a closed stream is no error.
-    let _ = writeln!(std::io::stdout(), "listening on http://{bound}");
-    if let Some((_, bound)) = &beside {
-        let _ = writeln!(std::io::stdout(), "metrics on http://{bound}/metrics");
+    let _ = writeln!(std::io::stdout(), "listening on {}", listener.address);
+    if let Some(Listener { address, .. }) = &beside {
+        let path = if matches!(address, Address::Tcp(_)) { "/metrics" } else { "" };
+        let _ = writeln!(std::io::stdout(), "metrics on {address}{path}");
     }
     let _ = std::io::stdout().flush();
-    let metrics = beside.as_ref().map(|(_, bound)| tracing::field::display(bound));
-    tracing::info!(address = %bound, metrics, workers = app.args.workers(), "listening");
+    let metrics = beside.as_ref().map(|beside| tracing::field::display(&beside.address));
+    tracing::info!(address = %listener.address, metrics, workers = app.args.workers(), "listening");
     let (send, stop) = watch::channel(false);
     tokio::spawn(signals(send));
     #[cfg(unix)]
-    tokio::spawn(forget_at_hangup(Arc::clone(&app)));
+    tokio::spawn(at_hangup(Arc::clone(&app)));
     // Until the last request has ended, so that its end can be watched.
-    let watched =
-        beside.map(|(listener, _)| tokio::spawn(listen::serve_watchers(Arc::clone(&app), listener)));
+    let watched = beside.map(|listener| tokio::spawn(listen::serve_watchers(Arc::clone(&app), listener)));
     listen::serve(Arc::clone(&app), listener, stop).await;
     watched.inspect(tokio::task::JoinHandle::abort);
     app.pool.finish().await;
@@ -98,12 +107,9 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
     Ok(0)
 }
 
-/// A socket that listens, and its address.
-async fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), (u8, String)> {
-    let about = |e: std::io::Error| (1, format!("{address}: {e}"));
-    let listener = TcpListener::bind(address).await.map_err(about)?;
-    let bound = listener.local_addr().map_err(about)?;
-    Ok((listener, bound))
+/// A socket that listens.
+async fn bind(address: &Address) -> Result<Listener, (u8, String)> {
+    Listener::bind(address).await.map_err(|e| (1, format!("{address}: {e}")))
 }
 
 /// A path with its signature in front.
@@ -160,13 +166,21 @@ async fn warm(app: &App) -> Result<(), String> {
     Ok(())
 }
 
-/// SIGHUP empties the memory of failures.
+/// SIGHUP empties the memory of failures, and reads the file of keys again.
 #[cfg(unix)]
-async fn forget_at_hangup(app: Arc<App>) {
+async fn at_hangup(app: Arc<App>) {
     use tokio::signal::unix::{SignalKind, signal};
     let Ok(mut hangup) = signal(SignalKind::hangup()) else { return };
     while hangup.recv().await.is_some() {
         tracing::info!(failures = app.failures.forget(), "forgotten");
+        match app.read_rights() {
+            Ok(holders) => tracing::info!(holders, "keys are read"),
+            // Known keys stay.
+            Err(error) => {
+                app.metrics.keys_failed();
+                tracing::error!(error, "keys cannot be read");
+            }
+        }
     }
 }
 

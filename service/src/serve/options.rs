@@ -1,31 +1,17 @@
 //! Options that a request may use: keys of scene files that read no file, and the encoding of the picture.
 
 use super::error::{Kind, Problem};
+use super::fair::Priority;
+use super::offers::Preset;
+use super::price::price;
+use super::rules::{Rules, preset_names, too_dear, unknown_preset};
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
 use overcoat::frame::Aov;
-use overcoat::limits::Limits;
 use overcoat::output::OutputFormat;
 use overcoat_cli::worker::protocol::PictureRequest;
 use overcoat_description::DescriptionOption;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-
-/// Rules for the options of requests.
-#[derive(Clone, Debug)]
-pub struct Rules {
-    /// Settings that all pictures share.
-    pub common: Map<String, Value>,
-    /// Limits of the renderer.
-    pub limits: Limits,
-    /// Pixels of a side.
-    pub max_size: u32,
-    /// Default format of pictures.
-    pub format: OutputFormat,
-    /// Default quality of JPEG pictures.
-    pub jpeg_quality: Option<u8>,
-    /// Options by names.
-    pub presets: BTreeMap<String, Vec<(String, String)>>,
-}
 
 /// Options of a request.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,6 +27,23 @@ pub struct Options {
     pub name: Option<String>,
     /// The last preset that was asked for.
     pub preset: Option<String>,
+    /// Priority of the last preset that has one.
+    priority: Option<Priority>,
+    /// The size is not, or not in whole, a preset's.
+    has_own_size: bool,
+    /// The format is a preset's.
+    has_preset_format: bool,
+}
+
+/// A picture with its price.
+#[derive(Clone, Debug)]
+pub struct Priced {
+    /// The picture.
+    pub request: PictureRequest,
+    /// Units that it costs.
+    pub price: u64,
+    /// Priority that its preset gives it.
+    pub priority: Option<Priority>,
 }
 
 fn wrong(message: impl Into<String>) -> Problem {
@@ -48,11 +51,30 @@ fn wrong(message: impl Into<String>) -> Problem {
 }
 
 impl Options {
-    /// Takes an option; later ones win.
+    /// Takes an option of a request; later ones win.
     ///
     /// # Errors
-    /// [`Kind::Options`] with the key and the values it takes.
+    /// [`Kind::Options`] with the key and the values it takes, [`Kind::NotOffered`], [`Kind::Preset`].
     pub fn set(&mut self, key: &str, text: &str, rules: &Rules) -> Result<(), Problem> {
+        match key {
+            "preset" if rules.offers.presets_only() && self.preset.is_some() => {
+                return Err(Problem::new(Kind::NotOffered, "preset: one at a time is offered here"));
+            }
+            // Names are of files. The size and the format are checked when they are whole.
+            "preset" | "name" => {}
+            "size" | "width" | "height" if !rules.offers.presets_only() => self.has_own_size = true,
+            "format" => self.has_preset_format = false,
+            key => {
+                // Misspelt options are told as such.
+                self.clone().put(key, text, rules)?;
+                rules.offers.check(key, text)?;
+            }
+        }
+        self.put(key, text, rules)
+    }
+
+    /// Takes an option of a request or of a preset.
+    pub(super) fn put(&mut self, key: &str, text: &str, rules: &Rules) -> Result<(), Problem> {
         match key {
             "format" => self.format = Some(format(text)?),
             "name" => self.name = Some(text.to_owned()),
@@ -68,8 +90,8 @@ impl Options {
             "aov" => self.aovs = aovs(text)?,
             "preset" => {
                 let preset = rules.presets.get(text);
-                let preset = preset.ok_or_else(|| wrong(format!("preset: there is none '{text}'")))?;
-                preset.iter().try_for_each(|(key, text)| self.set(key, text, rules))?;
+                let preset = preset.ok_or_else(|| unknown_preset(text, rules))?;
+                self.take_preset(preset, rules)?;
                 self.preset = Some(text.to_owned());
             }
             "env" if !matches!(text, "studio" | "none") => {
@@ -81,6 +103,23 @@ impl Options {
             "env" | "material" => drop(self.keys.insert(key.to_owned(), text.into())),
             _ => return self.scene_key(key, text),
         }
+        Ok(())
+    }
+
+    /// Takes the options of a preset, all of which are offered.
+    ///
+    /// # Errors
+    /// [`Kind::Options`] with the key and the values it takes.
+    pub fn take_preset(&mut self, preset: &Preset, rules: &Rules) -> Result<(), Problem> {
+        for (key, text) in &preset.pairs {
+            self.put(key, text, rules)?;
+            match key.as_str() {
+                "size" => self.has_own_size = false,
+                "format" => self.has_preset_format = true,
+                _ => {}
+            }
+        }
+        self.priority = preset.priority.or(self.priority);
         Ok(())
     }
 
@@ -114,11 +153,37 @@ impl Options {
         self.size
     }
 
-    /// The picture that is asked for.
+    /// The picture that is asked for, if it is offered, with its price.
+    ///
+    /// # Errors
+    /// [`Kind::Options`] if something is out of range, [`Kind::Limit`] if it needs more than the renderer's limits,
+    /// [`Kind::NotOffered`], [`Kind::Price`].
+    pub fn priced(&self, format: OutputFormat, rules: &Rules) -> Result<Priced, Problem> {
+        if rules.offers.presets_only() && self.preset.is_none() {
+            let message = format!("preset: one of them is needed: {}", preset_names(rules));
+            return Err(Problem::new(Kind::NotOffered, message));
+        }
+        if !self.has_preset_format {
+            rules.offers.check("format", format.extension())?;
+        }
+        let (request, price) = self.request(format, rules)?;
+        // A size that cannot be at all is told as such.
+        if let Some([width, height]) = self.size.filter(|_| self.has_own_size) {
+            rules.offers.check("size", &format!("{width}x{height}"))?;
+        }
+        match rules.max_price {
+            Some(most) if price > most => {
+                Err(too_dear(price, most).limited("max_price", "start the service with --max-price UNITS"))
+            }
+            _ => Ok(Priced { request, price, priority: self.priority }),
+        }
+    }
+
+    /// The picture that is asked for, and its price, whether it is offered or not.
     ///
     /// # Errors
     /// [`Kind::Options`] if something is out of range, [`Kind::Limit`] if it needs more than the renderer's limits.
-    pub fn request(&self, format: OutputFormat, rules: &Rules) -> Result<PictureRequest, Problem> {
+    pub fn request(&self, format: OutputFormat, rules: &Rules) -> Result<(PictureRequest, u64), Problem> {
         let mut keys: Map<String, Value> = self.keys.clone().into_iter().collect();
         if let Some(sides) = self.size {
             let most = u64::from(rules.max_size);
@@ -136,21 +201,22 @@ impl Options {
         if !is_layered && (self.aovs.len() > 1 || (format != OutputFormat::Png && !self.aovs.is_empty())) {
             return Err(wrong("aov: expected one plane, as PNG, or format=exr, which has layers"));
         }
-        check(&keys, rules)?;
+        let price = check(&keys, rules)?;
         let quality = self.jpeg_quality.or(rules.jpeg_quality);
-        Ok(PictureRequest {
+        let request = PictureRequest {
             keys,
             format: format.extension().to_owned(),
             // Values that change nothing make no other key.
             jpeg_quality: quality.filter(|_| format == OutputFormat::Jpeg),
             aovs: self.aovs.clone(),
             report: false,
-        })
+        };
+        Ok((request, price))
     }
 }
 
-/// Finds errors in keys before a model is read.
-fn check(keys: &Map<String, Value>, rules: &Rules) -> Result<(), Problem> {
+/// Finds errors in keys before a model is read. Returns the price of their picture.
+fn check(keys: &Map<String, Value>, rules: &Rules) -> Result<u64, Problem> {
     let mut all = rules.common.clone();
     all.extend(keys.clone());
     let told = |error: DescriptionError| match error {
@@ -162,7 +228,8 @@ fn check(keys: &Map<String, Value>, rules: &Rules) -> Result<(), Problem> {
     };
     let description = Description::from_json(&Value::Object(all).to_string()).map_err(told)?;
     description.load_options().map_err(told)?;
-    description.options(Machine::default(), &rules.limits).map(drop).map_err(told)
+    let (options, _) = description.options(Machine::default(), &rules.limits).map_err(told)?;
+    Ok(price(&options, description.lights_to_add.len()))
 }
 
 /// The options of a query or of a form.
@@ -181,7 +248,10 @@ pub fn of_pairs<'a>(
 }
 
 /// A size: one number for a square, or two with x or a colon.
-fn size(text: &str) -> Result<[u64; 2], Problem> {
+///
+/// # Errors
+/// [`Kind::Options`].
+pub fn size(text: &str) -> Result<[u64; 2], Problem> {
     let (width, height) = text.split_once(['x', ':']).unwrap_or((text, text));
     let sides = width.parse().ok().zip(height.parse().ok());
     let (width, height) =
@@ -209,7 +279,9 @@ fn aovs(text: &str) -> Result<Vec<String>, Problem> {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use super::super::offers::{self, Offers};
     use super::*;
+    use overcoat::limits::Limits;
 
     pub(in crate::serve) fn rules() -> Rules {
         Rules {
@@ -220,14 +292,20 @@ pub(super) mod tests {
             jpeg_quality: None,
             presets: BTreeMap::from([(
                 "thumb".to_owned(),
-                vec![("size".to_owned(), "64".to_owned()), ("view".to_owned(), "top".to_owned())],
+                Preset {
+                    pairs: vec![("size".to_owned(), "64".to_owned()), ("view".to_owned(), "top".to_owned())],
+                    priority: None,
+                },
             )]),
+            offers: Offers::default(),
+            max_price: None,
         }
     }
 
     fn keys(pairs: &[(&str, &str)]) -> Result<Value, Problem> {
         let options = of_pairs(pairs.iter().copied(), &rules())?;
-        Ok(Value::Object(options.request(options.format.unwrap_or(OutputFormat::Png), &rules())?.keys))
+        let priced = options.priced(options.format.unwrap_or(OutputFormat::Png), &rules())?;
+        Ok(Value::Object(priced.request.keys))
     }
 
     /// Every key of scene files is an option, or has a reason not to be.
@@ -289,7 +367,6 @@ pub(super) mod tests {
             ("eye", "1,2", "three numbers"),
             ("lights", "maybe", "true or false"),
             ("light", "[", "JSON"),
-            ("preset", "x", "there is none"),
             ("quality", "ultra", "quality"),
             ("time", "1", "animation"),
         ] {
@@ -297,5 +374,74 @@ pub(super) mod tests {
             assert_eq!(problem.kind, Kind::Options, "{key}={text}");
             assert!(problem.message.contains(what), "{key}={text}: {}", problem.message);
         }
+    }
+
+    fn offered(text: &str, pairs: &[(&str, &str)], max_price: Option<u64>) -> Result<u64, Problem> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("presets.toml");
+        std::fs::write(&path, text).unwrap();
+        let (presets, offers) = offers::read(&path).unwrap();
+        let rules = Rules { presets, offers, max_price, ..rules() };
+        let options = of_pairs(pairs.iter().copied(), &rules)?;
+        options.priced(options.format.unwrap_or(OutputFormat::Png), &rules).map(|priced| priced.price)
+    }
+
+    #[test]
+    fn presets_may_be_all_that_is_offered() {
+        let only = "only = true\n[preset]\nthumb = 'size:64'\nhero = 'size:900/quality:best'";
+        for pairs in
+            [&[("preset", "thumb")][..], &[("preset", "hero"), ("format", "webp"), ("name", "a.glb")]]
+        {
+            assert!(offered(only, pairs, None).is_ok(), "{pairs:?}");
+        }
+        for (pairs, what) in [
+            (&[][..], "one of them is needed: hero, thumb"),
+            (&[("preset", "thumb"), ("preset", "hero")], "one at a time"),
+            (&[("preset", "thumb"), ("size", "32")], "size: presets alone"),
+            (&[("preset", "thumb"), ("height", "32")], "height: presets alone"),
+            (&[("quality", "draft")], "quality: presets alone"),
+        ] {
+            let problem = offered(only, pairs, None).unwrap_err();
+            assert_eq!(problem.kind, Kind::NotOffered, "{pairs:?}");
+            assert!(problem.message.contains(what), "{pairs:?}: {}", problem.message);
+        }
+        let unknown = offered(only, &[("preset", "card")], None).unwrap_err();
+        assert_eq!(unknown.kind, Kind::Preset);
+        assert_eq!(unknown.message, "preset: there is none 'card', but hero, thumb");
+    }
+
+    #[test]
+    fn what_is_beside_presets_has_its_range() {
+        let text = "[preset]\nhero = 'size:900/format:webp'\n[allow]\nsize = { min = 16, max = 128 }\nformat = ['png']";
+        let hero = ("preset", "hero");
+        for pairs in [&[hero][..], &[("size", "128")], &[hero, ("format", "png")], &[("size", "900"), hero]] {
+            assert!(offered(text, pairs, None).is_ok(), "{pairs:?}");
+        }
+        for pairs in [
+            &[hero, ("size", "900")][..],
+            &[hero, ("width", "64")],
+            &[("size", "8")],
+            &[("format", "webp")],
+            &[hero, ("format", "jpg")],
+            &[("view", "top")],
+        ] {
+            assert_eq!(offered(text, pairs, None).unwrap_err().kind, Kind::NotOffered, "{pairs:?}");
+        }
+        // An option that does not exist is not one that is not offered.
+        assert_eq!(offered(text, &[("colour", "red")], None).unwrap_err().kind, Kind::Options);
+        assert_eq!(offered(text, &[("size", "2000")], None).unwrap_err().kind, Kind::Options);
+    }
+
+    #[test]
+    fn prices_have_a_bound() {
+        let dear = [("size", "1024"), ("quality", "best")];
+        let price = offered("", &dear, None).unwrap();
+        assert_eq!(offered("", &dear, Some(price)).unwrap(), price);
+        let problem = offered("", &dear, Some(price - 1)).unwrap_err();
+        assert_eq!((problem.kind, problem.limit.as_deref()), (Kind::Price, Some("max_price")));
+        assert!(problem.message.contains(&format!("costs {price} units, and {} are", price - 1)));
+        // The default of the service counts, and lamps.
+        let light = ("light", r#"[{"type":"point","position":[1,2,3],"intensity":1}]"#);
+        assert!(offered("", &[light], None).unwrap() > offered("", &[], None).unwrap());
     }
 }

@@ -74,8 +74,11 @@ pub async fn formats(State(app): State<Arc<App>>) -> Response {
         "written": written,
         "max_size": app.args.max_size,
         "max_body": app.args.max_body,
+        "max_price": app.args.max_price,
         "shading": shading_models().collect::<Vec<_>>(),
         "presets": app.rules.presets.keys().collect::<Vec<_>>(),
+        "needs_key": app.needs_key(true),
+        "presets_only": app.rules.offers.presets_only(),
     }))
 }
 

@@ -1,7 +1,8 @@
 //! Paths as imgproxy has them: /{signature}/{options}/plain/{source}@{format}
 
 use super::error::{Kind, Problem};
-use super::options::{Options, Rules};
+use super::options::Options;
+use super::rules::Rules;
 use overcoat::output::OutputFormat;
 use percent_encoding::percent_decode_str;
 
@@ -12,6 +13,8 @@ pub struct Asked {
     pub options: Options,
     /// URL of the model.
     pub source: String,
+    /// Seconds since 1970 from which on the path is no longer taken.
+    pub expires: Option<u64>,
 }
 
 /// The signature of a path, and the signed part, which begins with a slash.
@@ -33,10 +36,14 @@ pub fn read(path: &str, rules: &Rules) -> Result<Asked, Problem> {
         Some(source) => ("", source),
         None => path.split_once("/plain/").ok_or_else(none)?,
     };
-    let mut options = Options::default();
+    let (mut options, mut expires) = (Options::default(), None);
     for segment in before.split('/').filter(|segment| !segment.is_empty()) {
         let segment = decoded(segment)?;
-        option(&mut options, &segment, rules)?;
+        match segment.split_once(':') {
+            // The first end counts, whichever it is.
+            Some(("exp" | "expires", time)) => expires = Some(end(time)?.min(expires.unwrap_or(u64::MAX))),
+            _ => option(&mut options, &segment, rules)?,
+        }
     }
     let (source, format) = match source.rsplit_once('@') {
         Some((before, extension)) if OutputFormat::from_extension(extension).is_some() => {
@@ -51,7 +58,15 @@ pub fn read(path: &str, rules: &Rules) -> Result<Asked, Problem> {
     if source.is_empty() || source.contains(char::is_control) {
         return Err(none());
     }
-    Ok(Asked { options, source })
+    Ok(Asked { options, source, expires })
+}
+
+/// The end of a path's time, as imgproxy has it.
+fn end(time: &str) -> Result<u64, Problem> {
+    let digits = !time.is_empty() && time.bytes().all(|byte| byte.is_ascii_digit());
+    let end = time.parse().ok().filter(|_| digits);
+    let message = || format!("exp: expected seconds since 1970, got '{time}'");
+    end.ok_or_else(|| Problem::new(Kind::Options, message()))
 }
 
 fn decoded(text: &str) -> Result<String, Problem> {
@@ -72,6 +87,10 @@ pub fn options_of_preset(text: &str) -> Result<Vec<(String, String)>, String> {
 }
 
 fn option(options: &mut Options, segment: &str, rules: &Rules) -> Result<(), Problem> {
+    // A preset by its name alone.
+    if rules.presets.contains_key(segment) {
+        return options.set("preset", segment, rules);
+    }
     pairs_of(segment)?.iter().try_for_each(|(key, text)| options.set(key, text, rules))
 }
 
@@ -121,11 +140,18 @@ mod tests {
         assert_eq!(asked.source, "local://a/b c.glb");
         assert_eq!(asked.options.format, Some(OutputFormat::WebP));
         assert_eq!(asked.options.size(), Some([64, 32]));
-        let request = asked.options.request(OutputFormat::WebP, &rules()).unwrap();
+        let (request, _) = asked.options.request(OutputFormat::WebP, &rules()).unwrap();
         assert_eq!(request.keys["quality"], "good");
         assert_eq!(request.keys["camera"]["view"], "front");
         let plain = read("/plain/https://x.org/a@b/c.glb?v=1", &rules()).unwrap();
         assert_eq!((plain.source.as_str(), plain.options.format), ("https://x.org/a@b/c.glb?v=1", None));
+        assert_eq!(
+            read("/thumb/plain/a", &rules()).unwrap(),
+            read("/preset:thumb/plain/a", &rules()).unwrap()
+        );
+        let ends = |path: &str| read(path, &rules()).unwrap().expires;
+        assert_eq!(ends("/size:1/plain/a"), None);
+        assert_eq!((ends("/exp:7/plain/a"), ends("/expires:9/exp:8/plain/a")), (Some(7), Some(8)));
         let short = read("/pr:thumb/rs:fit:100:50/q:80/cb:3/plain/local://a.glb@jpg", &rules()).unwrap();
         assert_eq!(short.options.size(), Some([100, 50]));
         assert_eq!(signed_part("/abc/size:1/plain/x"), Some(("abc", "/size:1/plain/x")));
@@ -141,6 +167,11 @@ mod tests {
             ("/size/plain/a", Kind::Options),
             ("/env:%2fetc%2fpasswd/plain/a", Kind::Options),
             ("/name:x/plain/a", Kind::Options),
+            ("/exp:/plain/a", Kind::Options),
+            ("/exp:-1/plain/a", Kind::Options),
+            ("/exp:+1/plain/a", Kind::Options),
+            ("/exp:1e9/plain/a", Kind::Options),
+            ("/exp:99999999999999999999/plain/a", Kind::Options),
             ("/plain/%ff", Kind::Options),
         ] {
             assert_eq!(read(path, &rules()).unwrap_err().kind, kind, "{path}");

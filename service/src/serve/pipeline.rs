@@ -1,7 +1,8 @@
 //! The part of Imaginary's interface that Nextcloud and others ask previews by.
 
 use super::error::{Kind, Problem};
-use super::options::{Options, Rules};
+use super::options::Options;
+use super::rules::Rules;
 use serde::Deserialize;
 use serde_json::Value;
 use url::form_urlencoded;
@@ -85,7 +86,7 @@ mod tests {
         let asked = r#"[{"operation":"autorotate"},{"operation":"fit","params":{"width":4096,"height":2048,"stripmeta":"true","type":"jpeg","norotation":"true","quality":"80"}}]"#;
         let options = read(asked).unwrap();
         assert_eq!((options.size(), options.format), (Some([1024, 512]), Some(OutputFormat::Jpeg)));
-        let request = options.request(OutputFormat::Jpeg, &rules()).unwrap();
+        let (request, _) = options.request(OutputFormat::Jpeg, &rules()).unwrap();
         assert_eq!(request.jpeg_quality, Some(80));
         assert_eq!(read(r#"[{"operation":"resize","params":{"width":64}}]"#).unwrap().size(), Some([64, 64]));
         assert_eq!(read("[]").unwrap().size(), None);

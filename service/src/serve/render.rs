@@ -6,7 +6,7 @@ use super::body::Held;
 use super::cache::Picture;
 use super::error::{Kind, Problem};
 use super::flight::{Lead, Part};
-use super::gate::Place;
+use super::gate::{Order, Place};
 use super::trace::Trace;
 use crate::files::{Files, Needed};
 use crate::key::hash_of;
@@ -35,6 +35,8 @@ pub struct Asked {
     pub identity: String,
     /// Options of the picture.
     pub request: PictureRequest,
+    /// Turn in the queue.
+    pub order: Order,
     /// Trace of the request.
     pub trace: Arc<Trace>,
     /// Its bytes, counted.
@@ -88,7 +90,7 @@ pub async fn picture(
         let (wait, shared) = match app.flights.join(&flight) {
             Part::Follow(wait) => (wait, true),
             Part::Lead(lead, wait) => {
-                let place = app.gate.enter()?;
+                let place = app.enter(&asked.trace, &asked.order)?;
                 let names = Names { hash: hash.clone(), of: of.clone(), flight: flight.clone() };
                 let work = work(Arc::clone(app), Arc::clone(&asked), names, lead, place);
                 // It goes on where the client goes away: others may wait, and a worker that is killed costs more.
@@ -153,12 +155,16 @@ struct Names {
 
 async fn work(app: Arc<App>, asked: Arc<Asked>, names: Names, lead: Lead<Outcome>, place: Place) {
     let begun = Instant::now();
-    let outcome = match app.gate.turn().await {
-        Err(problem) => Err(problem),
-        Ok(_) if !lead.is_wanted() => return,
+    let outcome = match app.gate.turn(place).await {
+        Err(problem) => {
+            app.give_back(&asked.trace, &asked.order);
+            Err(problem)
+        }
+        Ok(_) if !lead.is_wanted() => return app.give_back(&asked.trace, &asked.order),
         Ok(turn) => {
             asked.trace.queue(begun.elapsed());
             let queue = begun.elapsed().as_secs_f64() * 1000.0;
+            app.metrics.units(asked.order.price);
             app.metrics.stage("queue", queue);
             let begun = Instant::now();
             let mut outcome = draw(&app, &asked, &names, queue).await;
@@ -174,7 +180,6 @@ async fn work(app: Arc<App>, asked: Arc<Asked>, names: Names, lead: Lead<Outcome
             outcome
         }
     };
-    drop(place);
     let drawn = match &outcome {
         Ok((picture, "drawn")) => Some(Arc::clone(picture)),
         _ => None,

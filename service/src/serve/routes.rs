@@ -2,39 +2,46 @@
 
 use super::app::App;
 use super::error::{Kind, Problem, Told};
-use super::trace::{Trace, length};
-use super::{handlers, inspect, pages, status};
-use axum::Router;
+use super::trace::{Peer, Trace, length};
+use super::{cors, forwarded, handlers, inspect, pages, status};
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, Method, header};
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::{get, post};
+use axum::{Extension, Router};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
 /// Names of a request in answers, logs and other programs.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+/// Units that are left of the quota of a key.
+const UNITS_LEFT: HeaderName = HeaderName::from_static("overcoat-units-left");
 /// Characters of a name that is taken over from a client.
 const LONGEST_ID: usize = 100;
 
 /// All routes.
 pub fn router(app: &Arc<App>) -> Router {
+    let needs = |is_upload| middleware::from_fn_with_state((Arc::clone(app), is_upload), admit);
+    let paths = Router::new()
+        .route("/info/{signature}/{*rest}", get(inspect::of_path))
+        .route("/{signature}/{*rest}", get(handlers::path))
+        .route_layer(needs(false));
     let mut router = Router::new()
         .route("/formats", get(pages::formats))
         .route("/health", get(pages::health))
         .route("/ready", get(pages::ready))
-        .route("/info/{signature}/{*rest}", get(inspect::of_path))
-        .route("/{signature}/{*rest}", get(handlers::path));
+        .merge(paths);
     if app.args.metrics_listen.is_none() {
         router = router.route("/metrics", get(pages::metrics));
     }
     if !app.args.signed_only {
-        router = router
-            .route("/", get(pages::page))
+        let uploads = Router::new()
             .route("/render", post(handlers::render))
             .route("/pipeline", post(handlers::pipeline))
-            .route("/info", post(inspect::of_body));
+            .route("/info", post(inspect::of_body))
+            .route_layer(needs(true));
+        router = router.route("/", get(pages::page)).merge(uploads);
     }
     noted(router, app)
 }
@@ -57,6 +64,7 @@ fn noted(router: Router<Arc<App>>, app: &Arc<App>) -> Router {
         .method_not_allowed_fallback(|method: Method| async move {
             Problem::new(Kind::Method, format!("{method} is none of the methods of this path"))
         })
+        .layer(middleware::from_fn_with_state(Arc::clone(app), cors::allow))
         .layer(middleware::from_fn_with_state(Arc::clone(app), note))
         .with_state(Arc::clone(app))
 }
@@ -79,9 +87,31 @@ pub fn name(path: &str) -> &'static str {
     }
 }
 
+/// Lets those in who have a key, and others where none is needed.
+async fn admit(
+    State((app, is_upload)): State<(Arc<App>, bool)>,
+    Extension(trace): Extension<Arc<Trace>>,
+    request: Request,
+    next: Next,
+) -> Result<Response, Problem> {
+    match app.rights().of(request.headers(), app.needs_key(is_upload), app.seconds()) {
+        Ok(holder) => {
+            holder.into_iter().for_each(|holder| trace.set_holder(holder));
+            Ok(next.run(request).await)
+        }
+        Err(problem) => {
+            let (parts, body) = request.into_parts();
+            app.bodies.turn_away(body, &parts.headers).await;
+            Err(problem)
+        }
+    }
+}
+
 /// Names a request, and records its outcome.
 async fn note(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let (trace, request) = Trace::begin(request_id(&app, &request), request, &app.recent);
+    let peer = request.extensions().get::<Peer>().map(|peer| peer.0);
+    let client = forwarded::client(peer, request.headers(), &app.args.trusted_proxies);
+    let (trace, request) = Trace::begin(request_id(&app, &request), client, request, &app.recent);
     let mut response = next.run(request).await;
     let status = response.status().as_u16();
     let told = response.extensions_mut().remove::<Told>().unwrap_or_default();
@@ -93,6 +123,9 @@ async fn note(State(app): State<Arc<App>>, request: Request, next: Next) -> Resp
     let headers = response.headers_mut();
     if let Ok(id) = HeaderValue::from_str(trace.id()) {
         headers.insert(REQUEST_ID, id);
+    }
+    if let Some(left) = trace.left() {
+        headers.insert(UNITS_LEFT, left.into());
     }
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     response

@@ -18,13 +18,14 @@ const STYLE: &str = "body{font:14px sans-serif;margin:2em}table{border-collapse:
 td,th{border:1px solid #999;padding:.2em .5em;text-align:left;vertical-align:top;overflow-wrap:anywhere}";
 
 /// Columns of both tables: titles, and keys of lines.
-const COLUMNS: [(&str, &str); 12] = [
+const COLUMNS: [(&str, &str); 13] = [
     ("Request", "id"),
     ("Route", "route"),
     ("Client", "client"),
     ("Source", "source"),
     ("File", "file"),
     ("Options", "options"),
+    ("Units", "price"),
     ("Status", "status"),
     ("Result", "result"),
     ("Reason", "reason"),

@@ -1,16 +1,26 @@
 //! Sockets that give up on clients that do not read.
 
+use bytes::{BufMut, Bytes, BytesMut};
 use std::io;
 use std::pin::Pin;
 use std::task::{Context, Poll};
 use std::time::Duration;
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::TcpStream;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep};
+
+/// Bytes in both directions.
+pub trait Both: AsyncRead + AsyncWrite + Send + Unpin {}
+
+impl<T: AsyncRead + AsyncWrite + Send + Unpin> Both for T {}
+
+/// A connection, of TCP or of this machine.
+pub type Stream = Box<dyn Both>;
 
 /// A socket whose writes end with an error when no byte goes for some time.
 pub struct Patient {
-    stream: TcpStream,
+    stream: Stream,
+    /// Bytes that were read already.
+    first: Bytes,
     patience: Duration,
     /// When the write that waits has waited long enough.
     end: Pin<Box<Sleep>>,
@@ -18,10 +28,10 @@ pub struct Patient {
 }
 
 impl Patient {
-    /// With so much patience.
+    /// With so much patience, and bytes that were read already.
     #[must_use]
-    pub fn new(stream: TcpStream, patience: Duration) -> Self {
-        Self { stream, patience, end: Box::pin(tokio::time::sleep(patience)), waits: false }
+    pub fn new(stream: Stream, first: Bytes, patience: Duration) -> Self {
+        Self { stream, first, patience, end: Box::pin(tokio::time::sleep(patience)), waits: false }
     }
 
     fn watch<T>(&mut self, cx: &mut Context<'_>, written: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
@@ -46,6 +56,11 @@ impl AsyncRead for Patient {
         cx: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
+        if !self.first.is_empty() {
+            let length = self.first.len().min(buffer.remaining());
+            buffer.put_slice(&self.first.split_to(length));
+            return Poll::Ready(Ok(()));
+        }
         Pin::new(&mut self.stream).poll_read(cx, buffer)
     }
 }
@@ -80,24 +95,66 @@ impl AsyncWrite for Patient {
 
 /// The beginning of HTTP/2 on a plain socket.
 const PREFACE: &[u8; 24] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
-/// Interval between two looks at the bytes that have come.
-const LOOK: Duration = Duration::from_millis(5);
 
-/// True if a client speaks HTTP/2, by its first bytes, which stay unread. `None` if it goes away, or says nothing for
-/// too long.
-pub async fn is_http2(stream: &TcpStream, patience: Duration) -> Option<bool> {
-    let look = async {
+/// Reads the first bytes of a client, until they tell whether it speaks HTTP/2, which the first value says. `None` if it goes away, or
+/// says nothing for too long.
+pub async fn first_bytes(stream: &mut Stream, patience: Duration) -> Option<(bool, Bytes)> {
+    let read = async {
+        let mut first = BytesMut::with_capacity(PREFACE.len());
         loop {
-            let mut start = [0; PREFACE.len()];
-            let length = stream.peek(&mut start).await.ok().filter(|length| *length > 0)?;
-            if start[..length] != PREFACE[..length] {
-                return Some(false);
+            let left = PREFACE.len() - first.len();
+            let length = stream.read_buf(&mut (&mut first).limit(left)).await.ok()?;
+            if length == 0 {
+                return None;
             }
-            if length == PREFACE.len() {
-                return Some(true);
+            if first[..] != PREFACE[..first.len()] || first.len() == PREFACE.len() {
+                return Some((first[..] == PREFACE[..], first.freeze()));
             }
-            tokio::time::sleep(LOOK).await;
         }
     };
-    tokio::time::timeout(patience, look).await.ok()?
+    tokio::time::timeout(patience, read).await.ok()?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::io::AsyncWriteExt;
+
+    #[tokio::test]
+    async fn first_bytes_tell_the_version_and_are_not_lost() {
+        for (parts, is_http2) in [
+            (&[&b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\nmore"[..]][..], true),
+            (&[b"PRI * HT", b"TP/2.0\r\n\r\nSM\r\n\r\n", b"more"], true),
+            (&[b"P", b"OST / HTTP/1.1\r\n"], false),
+            (&[b"G"], false),
+        ] {
+            let (mut client, server) = tokio::io::duplex(8);
+            let all = parts.concat();
+            let sent = parts.to_vec();
+            let write = async move {
+                for part in sent {
+                    client.write_all(part).await.unwrap();
+                }
+            };
+            let read = async {
+                let mut stream: Stream = Box::new(server);
+                let (told, first) = first_bytes(&mut stream, Duration::from_secs(60)).await.unwrap();
+                let mut rest = Vec::new();
+                let mut patient = Patient::new(stream, first, Duration::from_secs(60));
+                patient.read_to_end(&mut rest).await.unwrap();
+                (told, rest)
+            };
+            let ((), (told, rest)) = tokio::join!(write, read);
+            assert_eq!((told, rest), (is_http2, all));
+        }
+    }
+
+    #[tokio::test]
+    async fn silence_is_no_version() {
+        let (client, server) = tokio::io::duplex(8);
+        let mut stream: Stream = Box::new(server);
+        assert_eq!(first_bytes(&mut stream, Duration::from_millis(10)).await, None);
+        drop(client);
+        assert_eq!(first_bytes(&mut stream, Duration::from_secs(60)).await, None);
+    }
 }

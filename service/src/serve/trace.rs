@@ -4,6 +4,7 @@ use super::error::Told;
 use super::options::Options;
 use super::plain::{bare_url, escaped};
 use super::recent::Recent;
+use super::rights::Holder;
 use super::traceparent::TraceParent;
 use super::{canonical, routes};
 use crate::pool::Meter;
@@ -15,7 +16,7 @@ use overcoat_cli::worker::protocol::PictureRequest;
 use serde::Serialize;
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Characters of the name of a file or a source, of options, and of a reason.
@@ -33,6 +34,7 @@ pub struct Trace {
     method: String,
     route: &'static str,
     client: Option<IpAddr>,
+    holder: OnceLock<Arc<Holder>>,
     parent: Option<TraceParent>,
     /// Bytes of the body that have come.
     received: Arc<AtomicU64>,
@@ -49,6 +51,8 @@ struct Seen {
     file: Option<String>,
     preset: Option<String>,
     options: Option<String>,
+    price: Option<u64>,
+    units_left: Option<u64>,
     model: Option<String>,
     /// Bytes of a model that is no body.
     fetched: u64,
@@ -59,7 +63,12 @@ struct Seen {
 impl Trace {
     /// The trace of a request that begins now, and the request with a body that is counted.
     #[must_use]
-    pub fn begin(id: String, request: Request, recent: &Arc<Recent>) -> (Arc<Self>, Request) {
+    pub fn begin(
+        id: String,
+        client: Option<IpAddr>,
+        request: Request,
+        recent: &Arc<Recent>,
+    ) -> (Arc<Self>, Request) {
         let received = Arc::new(AtomicU64::new(0));
         let trace = Arc::new(Self {
             begun: Instant::now(),
@@ -67,7 +76,8 @@ impl Trace {
             // Methods are tokens; of whatever length.
             method: escaped(request.method().as_str(), 20),
             route: routes::name(request.uri().path()),
-            client: request.extensions().get::<Peer>().map(|peer| peer.0.to_canonical()),
+            client,
+            holder: OnceLock::new(),
             parent: TraceParent::of(request.headers()),
             received: Arc::clone(&received),
             meter: Meter::default(),
@@ -101,6 +111,35 @@ impl Trace {
         self.route
     }
 
+    /// Address of its client.
+    #[must_use]
+    pub fn client(&self) -> Option<IpAddr> {
+        self.client
+    }
+
+    /// The request has the key of a holder.
+    pub fn set_holder(&self, holder: Arc<Holder>) {
+        // A request has one holder.
+        let _ = self.holder.set(holder);
+    }
+
+    /// Holder of the key of the request.
+    #[must_use]
+    pub fn holder(&self) -> Option<&Holder> {
+        self.holder.get().map(Arc::as_ref)
+    }
+
+    /// Units that are left of the quota of its key.
+    pub fn units_left(&self, left: u64) {
+        self.seen().units_left = Some(left);
+    }
+
+    /// Units that are left, if the request has taken some.
+    #[must_use]
+    pub fn left(&self) -> Option<u64> {
+        self.seen().units_left
+    }
+
     /// The model comes in the body, in a file of this name as far as the client tells one.
     pub fn upload(&self, file: &str) {
         let mut seen = self.seen();
@@ -118,11 +157,17 @@ impl Trace {
         self.seen().fetched = bytes as u64;
     }
 
-    /// The options of its picture.
-    pub fn options(&self, options: &Options, request: &PictureRequest) {
+    /// The options of its picture, and what it costs.
+    pub fn options(&self, options: &Options, request: &PictureRequest, price: u64) {
         let mut seen = self.seen();
+        seen.price = Some(price);
         seen.preset = options.preset.as_deref().map(|name| escaped(name, LONGEST));
         seen.options = Some(escaped(&canonical::query(request), LONGEST));
+    }
+
+    /// Price of the request in units.
+    pub fn price(&self, price: u64) {
+        self.seen().price = Some(price);
     }
 
     /// BLAKE3 of the model.
@@ -158,10 +203,12 @@ impl Trace {
             method: self.method.clone(),
             route: self.route,
             client: self.client,
+            holder: self.holder().map(|holder| holder.name.to_string()),
             source: seen.source.take(),
             file: seen.file.take(),
             preset: seen.preset.take(),
             options: seen.options.take(),
+            price: seen.price,
             model: seen.model.take(),
             key: told.key.clone(),
             bytes_in: self.received.load(Relaxed) + seen.fetched,
@@ -195,6 +242,8 @@ pub struct Line {
     pub route: &'static str,
     /// Address that its connection comes from.
     pub client: Option<IpAddr>,
+    /// Name of the holder of its key.
+    pub holder: Option<String>,
     /// `upload`, or a URL without its secrets; none if the request is not about a model.
     pub source: Option<String>,
     /// Name that the client gives to an upload.
@@ -203,6 +252,8 @@ pub struct Line {
     pub preset: Option<String>,
     /// Options of the picture as a query in one order.
     pub options: Option<String>,
+    /// Price in units.
+    pub price: Option<u64>,
     /// BLAKE3 of the model's file.
     pub model: Option<String>,
     /// Content key of the picture.
@@ -243,10 +294,12 @@ impl Line {
             method = self.method,
             route = self.route,
             client = self.client.map(tracing::field::display),
+            holder = self.holder,
             source = self.source,
             file = self.file,
             preset = self.preset,
             options = self.options,
+            price = self.price,
             model = self.model,
             key = self.key,
             bytes_in = self.bytes_in,

@@ -3,7 +3,9 @@
 mod errors;
 mod load;
 mod logs;
+mod offers;
 mod pictures;
+mod rights;
 mod robust;
 mod service;
 mod sources;
