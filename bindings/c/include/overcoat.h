@@ -7,8 +7,8 @@
  * OVERCOAT_GONE and never another thing.
  *
  * Functions return OVERCOAT_OK or what is wrong, and then change nothing; overcoat_message() says it in a sentence. Nothing that
- * is passed in is kept. Structures begin with their size, as the program that uses them knows it: set it by
- * OVERCOAT_INIT(structure), which makes all else 0; 0 stands for a default that is said at each.
+ * is passed in is kept. Structures begin with their size, as the program that uses them knows it: OVERCOAT_INIT(structure) sets
+ * it and gives all else its default, which is said at each. Fields that a program does not know yet have their default too.
  *
  * Units are metres, +Y is up, colours are linear Rec. 709 unless they are said to be sRGB. Matrices are column by column, as glTF,
  * OpenGL and Eigen have them.
@@ -24,8 +24,18 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Makes a structure of this header 0, and says how large it is. */
+/* Gives a structure of this header its defaults, and says how large it is. C before C11 has no way to tell structures apart:
+ * there overcoat_material_defaults() and overcoat_light_defaults() have to follow. */
+#if defined(__cplusplus)
+#define OVERCOAT_INIT(structure) overcoat_init(structure)
+#elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
+#define OVERCOAT_INIT(structure) \
+    (memset(&(structure), 0, sizeof(structure)), (structure).size = sizeof(structure), \
+     _Generic((structure), overcoat_material: overcoat_material_defaults, overcoat_light: overcoat_light_defaults, \
+              default: overcoat_nothing)((void *)&(structure)))
+#else
 #define OVERCOAT_INIT(structure) (memset(&(structure), 0, sizeof(structure)), (structure).size = sizeof(structure))
+#endif
 
 
 /*
@@ -261,7 +271,7 @@ typedef struct {
 } overcoat_mesh;
 
 /*
- Material of a surface. overcoat_material_defaults() fills it.
+ Material of a surface. OVERCOAT_INIT and overcoat_material_defaults() fill it; overcoat_add_material_text() knows all parameters.
  */
 typedef struct {
   /*
@@ -319,7 +329,7 @@ typedef struct {
 } overcoat_material;
 
 /*
- A light beside the environment. overcoat_light_defaults() fills it.
+ A light beside the environment. OVERCOAT_INIT and overcoat_light_defaults() fill it.
  */
 typedef struct {
   /*
@@ -359,6 +369,28 @@ typedef struct {
    */
   float outer_cone_cosine;
 } overcoat_light;
+
+/*
+ File in memory that a text refers to.
+ */
+typedef struct {
+  /*
+   Size of this structure in bytes, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   Name by which the text refers to it.
+   */
+  const char *name;
+  /*
+   Contents of the file.
+   */
+  const uint8_t *bytes;
+  /*
+   Number of bytes.
+   */
+  size_t length;
+} overcoat_file;
 
 /*
  Camera of a picture. overcoat_frame() makes one that shows a whole world.
@@ -677,7 +709,7 @@ overcoat_status overcoat_add_material(overcoat *overcoat,
                                       uint64_t *material_out);
 
 /*
- Puts another material in the place of one, in everything that is made of it. Textures of a file's material are not kept.
+ Puts another material in the place of one, in everything that is made of it. It has no textures.
  */
 overcoat_status overcoat_set_material(overcoat *overcoat,
                                       uint64_t world,
@@ -719,6 +751,29 @@ overcoat_status overcoat_remove_light(overcoat *overcoat, uint64_t world, uint64
  Removes all lights of a world, those of its models too.
  */
 overcoat_status overcoat_clear_lights(overcoat *overcoat, uint64_t world);
+
+/*
+ Adds the material of a text: the name of a built-in material ("candy-red"), or a material file, which sets any parameter of any
+ shading model ("base_color = [0.5, 0.02, 0.02]\ncoat = 1", one a line; `overcoat materials --keys` lists them). Its textures are
+ taken from `files`, which may be null, and from nowhere else; they go with it.
+ */
+overcoat_status overcoat_add_material_text(overcoat *overcoat,
+                                           uint64_t world,
+                                           const char *text,
+                                           const overcoat_file *files,
+                                           size_t file_count,
+                                           uint64_t *material_out);
+
+/*
+ Puts the material of a text, as of overcoat_add_material_text(), in the place of one, in everything that is made of it. With
+ "over = true" among its lines all other parameters and textures stay.
+ */
+overcoat_status overcoat_set_material_text(overcoat *overcoat,
+                                           uint64_t world,
+                                           uint64_t material,
+                                           const char *text,
+                                           const overcoat_file *files,
+                                           size_t file_count);
 
 /*
  Places a mesh, made of a material. `matrix` may be null: as it is.
@@ -833,3 +888,31 @@ void overcoat_bytes_free(uint8_t *bytes, size_t length);
 #endif  // __cplusplus
 
 #endif  /* OVERCOAT_H */
+
+#ifndef OVERCOAT_DEFAULTS_H
+#define OVERCOAT_DEFAULTS_H
+#if defined(__cplusplus)
+template <class Structure> inline void overcoat_init(Structure &structure)
+{
+    memset(&structure, 0, sizeof structure);
+    structure.size = sizeof structure;
+}
+template <> inline void overcoat_init(overcoat_material &structure)
+{
+    memset(&structure, 0, sizeof structure);
+    structure.size = sizeof structure;
+    overcoat_material_defaults(&structure);
+}
+template <> inline void overcoat_init(overcoat_light &structure)
+{
+    memset(&structure, 0, sizeof structure);
+    structure.size = sizeof structure;
+    overcoat_light_defaults(&structure);
+}
+#else
+static inline void overcoat_nothing(void *structure)
+{
+    (void)structure;
+}
+#endif
+#endif  /* OVERCOAT_DEFAULTS_H */
