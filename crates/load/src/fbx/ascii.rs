@@ -123,8 +123,14 @@ impl<'a> Reader<'a, '_> {
         let mut record = Record { name: Cow::Borrowed(name), ..Record::default() };
         let mut is_list = false;
         self.skip(true);
-        let begins = self.rest.first();
-        if begins.is_some_and(|b| !matches!(b, b'\n' | b'\r' | b'{' | b'}')) {
+        let ends_line = matches!(self.rest.first(), Some(b'\n' | b'\r') | None);
+        self.skip(false);
+        // Values may begin on the next line, where a name would be of letters.
+        let begins = |b: &u8| match b {
+            b'{' | b'}' => false,
+            _ => !ends_line || b.is_ascii_digit() || matches!(b, b'-' | b'+' | b'.' | b'"' | b',' | b'*'),
+        };
+        if self.rest.first().is_some_and(begins) {
             loop {
                 self.skip(false);
                 match self.rest.first() {

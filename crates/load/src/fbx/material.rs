@@ -23,6 +23,9 @@ struct Maps<'r> {
     bump: Option<Use<'r>>,
 }
 
+/// Most properties that a warning names.
+const NAMED: usize = 8;
+
 /// Names of the base colour in physically based materials.
 const BASE: &[&str] = &["base_color", "baseColor", "basecolor"];
 
@@ -162,7 +165,7 @@ fn maps<'r>(
     pbr: Option<&Pbr<'r>>,
     loading: &mut Loading<'_>,
 ) -> Maps<'r> {
-    let mut maps = Maps::default();
+    let (mut maps, mut lost) = (Maps::default(), Vec::new());
     let Some(object) = document.objects.get(number) else { return maps };
     for &(from, property) in &object.links {
         let is_texture = |object: &Object<'_>| matches!(object.kind, Kind::Texture | Kind::Layered);
@@ -190,17 +193,24 @@ fn maps<'r>(
             b"metallic" | b"metalness" => &mut maps.metallic,
             b"roughness" | b"specularRoughness" => &mut maps.roughness,
             b"ao" => &mut maps.occlusion,
+            // Names that 3ds Max has for the same connections once more.
+            _ if key.starts_with(b"mapM") => continue,
             _ => {
-                let (name, property) = (quoted(object.name.as_bytes()), quoted(property));
-                loading
-                    .warnings
-                    .add(|| format!("{FORMAT}: the texture of material {name} for {property} has no effect"));
+                if lost.len() < NAMED {
+                    lost.push(quoted(property));
+                }
                 continue;
             }
         };
         if slot.is_none() {
             *slot = Use::new(document, from, loading);
         }
+    }
+    if !lost.is_empty() {
+        let (name, lost) = (quoted(object.name.as_bytes()), lost.join(", "));
+        loading
+            .warnings
+            .add(|| format!("{FORMAT}: textures of material {name} have no effect: those for {lost}"));
     }
     maps
 }

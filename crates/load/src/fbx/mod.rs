@@ -134,18 +134,29 @@ fn warn_of_the_rest(document: &Document<'_>, file: &File<'_>, warnings: &mut War
             is_node && object.class == class && !object.name.starts_with("Producer ")
         })
     };
+    let is_curve = |object: &Object<'_>| {
+        object.kind == Kind::Geometry && matches!(object.class, b"NurbsCurve" | b"Line" | b"Boundary")
+    };
     let is_surface = |object: &Object<'_>| {
-        object.kind == Kind::Geometry && !matches!(object.class, b"Mesh" | b"Shape" | b"Line")
+        let is_other = !matches!(object.class, b"Mesh" | b"Shape");
+        object.kind == Kind::Geometry && is_other && !is_curve(object)
     };
     let lost = [
         (of_class(b"Camera"), "camera"),
         (of_class(b"Light"), "light"),
+        (count(&is_curve), "curve"),
         (count(&is_surface), "curved surface"),
     ];
     let lost: Vec<String> =
         lost.iter().filter(|(count, _)| *count > 0).map(|(count, what)| counted(*count, what)).collect();
     if !lost.is_empty() {
         warnings.add(|| format!("{FORMAT}: left out: {}", lost.join(", ")));
+    }
+    let smooth = count(&|object| {
+        object.record.child("Smoothness").and_then(|record| record.integer(0)).is_some_and(|level| level > 0)
+    });
+    if smooth > 0 {
+        warnings.add(|| format!("{FORMAT}: meshes drawn without subdivision: {smooth}"));
     }
     if file.is_animated {
         warnings.add(|| format!("{FORMAT}: animations have no effect"));

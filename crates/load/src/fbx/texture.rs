@@ -284,7 +284,10 @@ impl Textures {
         loading: &mut Loading<'_>,
     ) -> Result<Result<EncodedImage, String>, LoadError> {
         let Loading { context, budget, .. } = loading;
-        let what = format!("{FORMAT}: texture {}", quoted(names.first().map_or(&[], |name| name.as_bytes())));
+        let Some(first) = names.first() else {
+            return Ok(Err(format!("{FORMAT}: a texture that names no file is left out")));
+        };
+        let what = format!("{FORMAT}: texture {}", quoted(first.as_bytes()));
         match self.nearby.read(context, "", names.iter().map(String::as_str), context.limits.input_bytes) {
             Ok(found) => picture_of(what, found.bytes, context, budget),
             Err(error) => Ok(Err(format!("{what} is left out: {error}"))),

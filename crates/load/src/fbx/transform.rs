@@ -23,7 +23,9 @@ impl Placement {
     pub(super) fn child(&self, properties: &Properties<'_>) -> Result<Self, SceneError> {
         let zero = |name: &str| properties.vector(name).unwrap_or_default();
         // Without this the order is that of XYZ, and there are no rotations before and after.
-        let is_active = properties.number("RotationActive").is_none_or(|v| v != 0.0);
+        let is_on = |name: &str| properties.number(name).map(|v| v != 0.0);
+        let is_active =
+            is_on("RotationActive").unwrap_or(true) && !is_on("RotationSpaceForLimitOnly").unwrap_or(false);
         let order = properties.number("RotationOrder").filter(|_| is_active).unwrap_or(0.0);
         let turn = euler(zero("Lcl Rotation"), order)?;
         let turn = if is_active {
