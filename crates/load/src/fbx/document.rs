@@ -50,6 +50,13 @@ pub(super) struct Document<'r> {
     pub(super) is_connected: bool,
 }
 
+/// Most properties of an object that are looked through.
+const OWN: usize = 2048;
+/// Most properties of a template, of which every object of a kind looks for its own.
+const TEMPLATE: usize = 256;
+/// Most connections of an object that many others share.
+const SHARED: usize = 64;
+
 /// Named properties of an object; where it lacks one, that of the template of its kind.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Properties<'r> {
@@ -64,16 +71,16 @@ impl<'r> Properties<'r> {
 
     /// Properties that the object has itself: their names, and the place of the first value in their records.
     pub(super) fn own(&self) -> impl Iterator<Item = (&'r [u8], &'r Record<'r>, usize)> + use<'r> {
-        self.own.into_iter().flat_map(listed)
+        self.own.into_iter().flat_map(listed).take(OWN)
     }
 
     /// The record of a property, and the place of its first value.
     fn find(&self, name: &str) -> Option<(&'r Record<'r>, usize)> {
-        let of = |list: Option<&'r Record<'r>>| {
-            let (_, record, place) = listed(list?).find(|(own, _, _)| *own == name.as_bytes())?;
+        let of = |list: Option<&'r Record<'r>>, most: usize| {
+            let (_, record, place) = listed(list?).take(most).find(|(own, _, _)| *own == name.as_bytes())?;
             Some((record, place))
         };
-        of(self.own).or_else(|| of(self.template))
+        of(self.own, OWN).or_else(|| of(self.template, TEMPLATE))
     }
 
     pub(super) fn number(&self, name: &str) -> Option<f64> {
@@ -212,7 +219,22 @@ impl<'r> Document<'r> {
 
     /// Objects of a kind that are connected to one, with their numbers.
     pub(super) fn linked(&self, number: usize, kind: Kind) -> impl Iterator<Item = (usize, &Object<'r>)> {
+        self.linked_within(number, kind, usize::MAX)
+    }
+
+    /// As [`Self::linked`], of an object that others share: a file of many of both is not looked through many times.
+    pub(super) fn linked_few(&self, number: usize, kind: Kind) -> impl Iterator<Item = (usize, &Object<'r>)> {
+        self.linked_within(number, kind, SHARED)
+    }
+
+    fn linked_within(
+        &self,
+        number: usize,
+        kind: Kind,
+        most: usize,
+    ) -> impl Iterator<Item = (usize, &Object<'r>)> {
         let links = self.objects.get(number).map(|object| object.links.as_slice()).unwrap_or_default();
+        let links = links.get(..most).unwrap_or(links);
         let object = |&(from, _): &(usize, Option<&[u8]>)| Some((from, self.objects.get(from)?));
         links.iter().filter_map(object).filter(move |(_, object)| object.kind == kind)
     }

@@ -215,30 +215,22 @@ fn maps<'r>(
     maps
 }
 
-/// Pictures that are connected to a model, as they are before version 7: the first one is its colour.
-pub(super) fn of_model<'r>(
-    document: &Document<'r>,
-    model: usize,
-    loading: &mut Loading<'_>,
-) -> Option<Use<'r>> {
-    let (texture, _) = document.linked(model, Kind::Texture).next()?;
-    Use::new(document, texture, loading)
-}
-
-/// Makes the material of an object. `second` is the name of the second set of texture coordinates, `other` the colour picture of
-/// one that has none.
+/// Makes the material of an object. `second` is the name of the second set of texture coordinates, `other` the texture of the
+/// model, as they are before version 7: the colour of materials that have none.
 pub(super) fn material<'r>(
     scene: &mut Scene,
     document: &Document<'r>,
     number: usize,
-    (second, other): (Option<&[u8]>, Option<Use<'r>>),
+    (second, other): (Option<&[u8]>, Option<usize>),
     textures: &mut Textures,
     loading: &mut Loading<'_>,
 ) -> Result<Material, LoadError> {
     let Some(object) = document.objects.get(number) else { return Ok(Material::default()) };
     let pbr = Pbr::of(&object.properties);
     let mut maps = maps(document, number, pbr.as_ref(), loading);
-    maps.base = maps.base.or(other);
+    if maps.base.is_none() {
+        maps.base = other.and_then(|other| Use::new(document, other, loading));
+    }
     let mut material = match &pbr {
         Some(pbr) => pbr.material(&maps),
         None => common(object, document.is_blender, &maps),

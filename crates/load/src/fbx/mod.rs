@@ -31,7 +31,7 @@ use hierarchy::Stand;
 use overcoat_core::limits::Limits;
 use overcoat_scene::{CREASE_ANGLE, MaterialId, Mesh, MeshData, MeshId, Scene, Transform};
 use record::{FORMAT, File};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use texture::Textures;
 
 /// Oldest version that is read.
@@ -84,6 +84,7 @@ pub(crate) fn load(
         Transform::scaling(unit).and_then(|unit| axes.after(&unit)).map_err(LoadError::scene("FBX: unit"))?;
     let mut builder = Builder {
         stands: hierarchy::stands(&document),
+        traits: traits(&document),
         document: &document,
         root,
         loading,
@@ -166,16 +167,65 @@ fn warn_of_the_rest(document: &Document<'_>, file: &File<'_>, warnings: &mut War
 /// Key of a mesh: its object, and the coordinates that its tangents follow.
 type MeshKey = (usize, Option<usize>);
 
+/// Parts of a mesh by the numbers of their materials. True if they are in the world.
+type Parts = (Vec<(u32, MeshId)>, bool);
+
+/// Properties of an object that is a mesh, found once.
+#[derive(Clone, Copy, Default)]
+struct Traits<'r> {
+    is_mesh: bool,
+    has_colors: bool,
+    /// Name of the second set of texture coordinates, if any texture uses one of that name.
+    second: &'r [u8],
+}
+
+/// A model that is drawn.
+struct Model {
+    /// Its name in messages.
+    element: String,
+    stand: Stand,
+    /// The transform of its geometry alone.
+    shape: Transform,
+    /// Its materials, in the order of their numbers.
+    materials: Vec<usize>,
+    picture: Option<usize>,
+    /// Materials of the scene, by the second set of texture coordinates.
+    looks: BTreeMap<Vec<u8>, Look>,
+}
+
+/// Materials of a model in the scene.
+#[derive(Default)]
+struct Look {
+    materials: Vec<MaterialId>,
+    /// Coordinates that their tangents follow.
+    tangents: Option<usize>,
+}
+
+/// What is known of each object as a mesh.
+fn traits<'r>(document: &'r Document<'r>) -> Vec<Traits<'r>> {
+    let textures = document.objects.iter().filter(|object| object.kind == Kind::Texture);
+    let used: BTreeSet<&[u8]> = textures.filter_map(|texture| texture.properties.text("UVSet")).collect();
+    let of = |object: &'r Object<'r>| {
+        let second = geometry::uv_names(object.record).nth(1).filter(|name| used.contains(name));
+        Traits {
+            is_mesh: object.record.child("PolygonVertexIndex").is_some(),
+            has_colors: object.record.child("LayerElementColor").is_some(),
+            second: second.unwrap_or_default(),
+        }
+    };
+    document.objects.iter().map(of).collect()
+}
+
 struct Builder<'r> {
     document: &'r Document<'r>,
+    traits: Vec<Traits<'r>>,
     stands: Vec<Option<Stand>>,
     /// From the file's units and axes.
     root: Transform,
     loading: Loading<'r>,
     scene: Scene,
     textures: Textures,
-    /// Parts of meshes that are where they are, by the numbers of their materials.
-    meshes: BTreeMap<MeshKey, Vec<(u32, MeshId)>>,
+    meshes: BTreeMap<MeshKey, Parts>,
     /// By object, second set of texture coordinates and picture of the model.
     materials: BTreeMap<(Option<usize>, Vec<u8>, Option<usize>), MaterialId>,
     /// Triangles and vertices of all meshes.
@@ -209,56 +259,47 @@ impl<'r> Builder<'r> {
 
     /// Draws the meshes of a model.
     fn model(&mut self, number: usize, object: &'r Object<'r>, stand: &Stand) -> Result<(), LoadError> {
-        let is_mesh = |object: &Object<'_>| object.record.child("PolygonVertexIndex").is_some();
-        let own = is_mesh(object).then_some((number, object));
-        let linked = self.document.linked(number, Kind::Geometry).filter(|(_, object)| is_mesh(object));
-        for (geometry, mesh) in own.into_iter().chain(linked.collect::<Vec<_>>()) {
-            let element = format!("{FORMAT}: model {}", quoted(object.name.as_bytes()));
-            self.mesh(&element, (number, object), (geometry, mesh), stand)?;
+        let document = self.document;
+        let own = Some((number, object)).into_iter();
+        let meshes: Vec<(usize, &Object<'_>)> = own
+            .chain(document.linked(number, Kind::Geometry))
+            .filter(|(number, _)| self.traits.get(*number).is_some_and(|traits| traits.is_mesh))
+            .collect();
+        if meshes.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        let name = quoted(object.name.as_bytes());
+        let mut model = Model {
+            element: format!("{FORMAT}: model {name}"),
+            stand: *stand,
+            shape: transform::geometric(&object.properties).unwrap_or(Transform::IDENTITY),
+            materials: document.linked(number, Kind::Material).map(|(number, _)| number).collect(),
+            picture: document.linked(number, Kind::Texture).next().map(|(picture, _)| picture),
+            looks: BTreeMap::new(),
+        };
+        meshes.into_iter().try_for_each(|mesh| self.mesh(&mut model, mesh))
     }
 
-    fn mesh(
-        &mut self,
-        element: &str,
-        (model, object): (usize, &'r Object<'r>),
-        (number, mesh): (usize, &'r Object<'r>),
-        stand: &Stand,
-    ) -> Result<(), LoadError> {
-        let materials: Vec<usize> =
-            self.document.linked(model, Kind::Material).map(|(number, _)| number).collect();
-        let second = geometry::uv_names(mesh.record).nth(1);
-        let has_colors = mesh.record.child("LayerElementColor").is_some();
-        let shape = transform::geometric(&object.properties).unwrap_or(Transform::IDENTITY);
-        let mut ids = BTreeMap::new();
-        let mut tangents = None;
-        // Which materials are used is known when the mesh is read, but whether it needs tangents before.
-        for (slot, &material) in (0_u32..).zip(&materials) {
-            let id = self.material(Some(material), second, model)?;
-            let set = self.scene.materials().get(id.index()).and_then(tangent_set);
-            tangents = tangents.or(set.map(UvSet::index));
-            ids.insert(slot, id);
+    fn mesh(&mut self, model: &mut Model, (number, mesh): (usize, &'r Object<'r>)) -> Result<(), LoadError> {
+        let Some(Traits { second, has_colors, .. }) = self.traits.get(number).copied() else { return Ok(()) };
+        // Whether a mesh needs tangents must be known before it is read.
+        if !model.looks.contains_key(second) {
+            let look = self.look(model, second)?;
+            model.looks.insert(second.to_vec(), look);
         }
-        let is_skinned =
-            self.document.linked(number, Kind::Deformer).any(|(_, object)| object.class == b"Skin");
-        let key = (number, tangents);
-        let known = self.meshes.get(&key).filter(|_| !is_skinned).cloned();
-        let (parts, in_world) = match known {
-            Some(parts) => (parts, false),
-            None => {
-                let (parts, in_world) =
-                    self.read(element, (number, mesh), [&stand.placement.world, &shape], tangents)?;
-                if !is_skinned {
-                    self.meshes.insert(key, parts.clone());
-                }
-                (parts, in_world)
-            }
-        };
+        let Some(Look { materials, tangents }) = model.looks.get(second) else { return Ok(()) };
+        let key = (number, *tangents);
+        if !self.meshes.contains_key(&key) {
+            let placed = [&model.stand.placement.world, &model.shape];
+            let parts = self.read(&model.element, (number, mesh), placed, *tangents)?;
+            self.meshes.insert(key, parts);
+        }
+        let Some((parts, in_world)) = self.meshes.get(&key).cloned() else { return Ok(()) };
+        let element = &model.element;
         let placed = if in_world {
             Ok(self.root)
         } else {
-            self.root.after(&stand.placement.world).and_then(|world| world.after(&shape))
+            self.root.after(&model.stand.placement.world).and_then(|world| world.after(&model.shape))
         };
         let Ok(placed) = placed else {
             self.loading.warnings.add(|| format!("{element} is moved too far and left out"));
@@ -269,7 +310,7 @@ impl<'r> Builder<'r> {
         let limit = self.loading.context.limits.nodes;
         Limits::check(|| format!("{FORMAT}: the number of parts"), count, limit, "nodes")?;
         for (slot, mesh) in parts {
-            let material = match ids.get(&slot) {
+            let material = match materials.get(slot as usize) {
                 Some(id) => *id,
                 None => self.without_material(has_colors)?,
             };
@@ -278,14 +319,27 @@ impl<'r> Builder<'r> {
         Ok(())
     }
 
-    /// Reads a mesh, deforms it and cuts it by its materials. True if its vertices are in the world.
+    /// The materials of a model for meshes with such a second set of texture coordinates.
+    fn look(&mut self, model: &Model, second: &[u8]) -> Result<Look, LoadError> {
+        let mut look = Look::default();
+        for &number in &model.materials {
+            let id = self.material(number, second, model.picture)?;
+            let set = self.scene.materials().get(id.index()).and_then(tangent_set);
+            look.tangents = look.tangents.or(set.map(UvSet::index));
+            look.materials.push(id);
+        }
+        Ok(look)
+    }
+
+    /// Reads a mesh, deforms it and cuts it by its materials.
+    /// A skin stands where its bones are, whichever model has it.
     fn read(
         &mut self,
         element: &str,
         (number, object): (usize, &Object<'_>),
         placed: [&Transform; 2],
         tangents: Option<usize>,
-    ) -> Result<(Vec<(u32, MeshId)>, bool), LoadError> {
+    ) -> Result<Parts, LoadError> {
         let Loading { context, budget, .. } = &mut self.loading;
         let mut geometry = geometry::read(object.record, context.limits, &mut self.used, budget)?;
         self.bad = self.bad.saturating_add(geometry.bad);
@@ -313,22 +367,22 @@ impl<'r> Builder<'r> {
 
     fn material(
         &mut self,
-        number: Option<usize>,
-        second: Option<&[u8]>,
-        model: usize,
+        number: usize,
+        second: &[u8],
+        picture: Option<usize>,
     ) -> Result<MaterialId, LoadError> {
-        let Some(number) = number else { return self.without_material(false) };
-        let picture = self.document.linked(model, Kind::Texture).next().map(|(picture, _)| picture);
-        let key = (Some(number), second.unwrap_or_default().to_vec(), picture);
+        let key = (Some(number), second.to_vec(), picture);
         if let Some(known) = self.materials.get(&key) {
             return Ok(*known);
         }
-        let other = material::of_model(self.document, model, &mut self.loading);
+        let count = (self.materials.len() as u64).saturating_add(1);
+        let limit = self.loading.context.limits.nodes;
+        Limits::check(|| format!("{FORMAT}: the number of materials"), count, limit, "nodes")?;
         let made = material::material(
             &mut self.scene,
             self.document,
             number,
-            (second, other),
+            (Some(second).filter(|second| !second.is_empty()), picture),
             &mut self.textures,
             &mut self.loading,
         )?;

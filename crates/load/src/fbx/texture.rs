@@ -62,14 +62,14 @@ impl<'r> Use<'r> {
     pub(super) fn new(document: &Document<'r>, number: usize, loading: &mut Loading<'_>) -> Option<Self> {
         let object = document.objects.get(number)?;
         if object.kind == Kind::Layered {
-            let (first, _) = document.linked(number, Kind::Texture).next()?;
+            let (first, _) = document.linked_few(number, Kind::Texture).next()?;
             let name = quoted(object.name.as_bytes());
             loading.warnings.add(|| format!("{FORMAT}: of layered texture {name} only one layer is drawn"));
             return Self::new(document, first, loading);
         }
         let mut names = names_of(object);
         let mut source = None;
-        for (video, other) in document.linked(number, Kind::Video) {
+        for (video, other) in document.linked_few(number, Kind::Video) {
             if content(other.record).is_some() {
                 source = Some(Source::Video(video));
             }
