@@ -149,9 +149,9 @@ impl<'a> Reader<'a, '_> {
                         record.push(value, self.budget)?;
                     }
                 }
-                // Commas stand behind values, or before those of the next line.
+                // Commas stand behind values, or before those of the next line; long texts go on without.
                 self.skip(false);
-                if !self.accept(b',') {
+                if !self.accept(b',') && self.rest.first() != Some(&b'"') {
                     break;
                 }
             }

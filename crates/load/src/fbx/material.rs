@@ -23,6 +23,13 @@ struct Maps<'r> {
     bump: Option<Use<'r>>,
 }
 
+impl Maps<'_> {
+    /// Emitted light: a picture takes the place of a colour.
+    fn light(&self, color: Option<[f32; 3]>) -> [f32; 3] {
+        if self.emission.is_some() { [1.0; 3] } else { color.unwrap_or_default() }
+    }
+}
+
 /// Most properties that a warning names.
 const NAMED: usize = 8;
 
@@ -58,7 +65,7 @@ impl<'r> Pbr<'r> {
     }
 
     fn color(&self, names: &[&str]) -> Option<[f32; 3]> {
-        self.find(names, |record, place| vector(record, place)).map(|color| color.map(|v| v as f32))
+        self.find(names, vector).map(|color| color.map(|v| v as f32))
     }
 
     /// The factors of a material.
@@ -82,7 +89,7 @@ impl<'r> Pbr<'r> {
         };
         let strength = self.number(&["emission", "emissive_intensity"]).unwrap_or(1.0);
         let light = self.color(&["emissive", "emissionColor", "emit_color", "emission_color"]);
-        material.emissive = light.unwrap_or_default().map(|v| bright(v * strength));
+        material.emissive = maps.light(light).map(|v| bright(v * strength));
         material.coat = self.number(&["coat", "coating"]).map_or(0.0, unit);
         let coat = self.number(&["coatRoughness", "coat_roughness", "coat_rough"]);
         material.coat_roughness = coat.map_or(0.0, unit);
@@ -118,9 +125,8 @@ fn common(object: &Object<'_>, is_blender: bool, maps: &Maps<'_>) -> Material {
         if maps.base.is_some() { [1.0; 3] } else { color(["DiffuseColor", "Diffuse"]).unwrap_or([0.8; 3]) };
     let [r, g, b] = base.map(|v| v * factor);
     let mut material = material_of([r, g, b, opacity(properties, is_blender)]);
-    let light = color(["EmissiveColor", "Emissive"]).unwrap_or_default();
     let strength = number("EmissiveFactor").unwrap_or(1.0);
-    material.emissive = light.map(|v| bright(v * strength));
+    material.emissive = maps.light(color(["EmissiveColor", "Emissive"])).map(|v| bright(v * strength));
     let exponent = number("ShininessExponent").or_else(|| number("Shininess"));
     let specular = color(["SpecularColor", "Specular"]).unwrap_or_default();
     let shines = number("SpecularFactor").unwrap_or(1.0) > 0.0 && specular.iter().any(|v| *v > 0.0);
@@ -182,17 +188,19 @@ fn maps<'r>(
         }
         let is_pbr = pbr.is_some();
         let slot = match key {
-            b"DiffuseColor" | b"Diffuse" | b"base_color" | b"baseColor" | b"basecolor" => &mut maps.base,
+            b"DiffuseColor" | b"Diffuse" | b"base_color" | b"baseColor" | b"basecolor" | b"baseColorMap" => {
+                &mut maps.base
+            }
             b"color" if is_pbr => &mut maps.base,
-            b"NormalMap" | b"normalCamera" | b"norm" | b"normal" => &mut maps.normal,
+            b"NormalMap" | b"normalMap" | b"normalCamera" | b"norm" | b"normal" => &mut maps.normal,
             b"Bump" | b"bump" => &mut maps.bump,
             b"EmissiveColor" | b"emissive" | b"emit_color" | b"emissionColor" => &mut maps.emission,
             b"TransparentColor" | b"TransparencyFactor" | b"opacity" | b"cutout" => &mut maps.opacity,
             b"ReflectionFactor" if document.is_blender => &mut maps.metallic,
             b"Shininess" | b"ShininessExponent" if document.is_blender => &mut maps.roughness,
-            b"metallic" | b"metalness" => &mut maps.metallic,
-            b"roughness" | b"specularRoughness" => &mut maps.roughness,
-            b"ao" => &mut maps.occlusion,
+            b"metallic" | b"metalness" | b"metalnessMap" => &mut maps.metallic,
+            b"roughness" | b"specularRoughness" | b"roughnessMap" | b"Roughness_Map" => &mut maps.roughness,
+            b"ao" | b"ambientOcclusionMap" => &mut maps.occlusion,
             // Names that 3ds Max has for the same connections once more.
             _ if key.starts_with(b"mapM") => continue,
             _ => {
@@ -250,8 +258,8 @@ pub(super) fn material<'r>(
         None => Ok(None),
     };
     material.emissive_texture = plain(&maps.emission, Role::Color, loading, scene)?;
-    if material.emissive_texture.is_some() && material.emissive == [0.0; 3] {
-        material.emissive = [1.0; 3];
+    if maps.emission.is_some() && material.emissive_texture.is_none() {
+        material.emissive = [0.0; 3];
     }
     material.occlusion_texture = plain(&maps.occlusion, Role::Data, loading, scene)?;
     let normal = plain(&maps.normal, Role::Data, loading, scene)?;

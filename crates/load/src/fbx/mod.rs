@@ -167,6 +167,9 @@ fn warn_of_the_rest(document: &Document<'_>, file: &File<'_>, warnings: &mut War
 /// Key of a mesh: its object, and the coordinates that its tangents follow.
 type MeshKey = (usize, Option<usize>);
 
+/// Key of a material: its object, the second set of texture coordinates and the picture of the model.
+type MaterialKey = (Option<usize>, Vec<u8>, Option<usize>);
+
 /// Parts of a mesh by the numbers of their materials. True if they are in the world.
 type Parts = (Vec<(u32, MeshId)>, bool);
 
@@ -226,8 +229,7 @@ struct Builder<'r> {
     scene: Scene,
     textures: Textures,
     meshes: BTreeMap<MeshKey, Parts>,
-    /// By object, second set of texture coordinates and picture of the model.
-    materials: BTreeMap<(Option<usize>, Vec<u8>, Option<usize>), MaterialId>,
+    materials: BTreeMap<MaterialKey, MaterialId>,
     /// Triangles and vertices of all meshes.
     used: [u64; 2],
     bad: u64,

@@ -304,16 +304,18 @@ impl Textures {
         self.videos = self.videos.saturating_add(1);
         let Some(object) = document.objects.get(number) else { return Ok(Err(String::new())) };
         let what = format!("{FORMAT}: embedded texture {}", quoted(object.name.as_bytes()));
-        let mut bytes = Vec::new();
+        let mut parts: Vec<&[u8]> = Vec::new();
         for value in content(object.record).map(|record| record.values.as_slice()).unwrap_or_default() {
             if let Value::Text(text) = value {
-                loading.budget.charge(|| what.clone(), text.len() as u64, 1)?;
-                bytes.extend_from_slice(text);
+                loading.budget.charge(|| what.clone(), text.len() as u64, 2)?;
+                parts.push(text);
             }
         }
-        if bytes.iter().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'+' | b'/' | b'=')) {
-            bytes = STANDARD.decode(&bytes).unwrap_or(bytes);
-        }
+        let whole = parts.concat();
+        // The parts of a text are cut anywhere, or each is one of its own.
+        let each = || parts.iter().map(|part| STANDARD.decode(part)).collect::<Result<Vec<_>, _>>();
+        let decoded = STANDARD.decode(&whole).or_else(|_| each().map(|parts| parts.concat()));
+        let bytes = decoded.unwrap_or(whole);
         picture_of(what, bytes, loading.context, &mut loading.budget)
     }
 }
