@@ -117,6 +117,23 @@ fn collada() -> Vec<u8> {
     .into_bytes()
 }
 
+fn fbx() -> Vec<u8> {
+    let points: Vec<String> = VERTICES.iter().flatten().map(ToString::to_string).collect();
+    // The last corner of a polygon is written as its complement.
+    let corners: Vec<String> = TRIANGLES.iter().map(|[a, b, c]| format!("{a},{b},-{}", c + 1)).collect();
+    format!(
+        "; FBX 7.4.0 project file\nFBXHeaderExtension: {{\n FBXVersion: 7400\n}}\nGlobalSettings: {{\n Properties70: {{\n  \
+         P: \"UnitScaleFactor\", \"double\", \"Number\", \"\",100\n }}\n}}\nObjects: {{\n Geometry: 1, \"Geometry::\", \"Mesh\" \
+         {{\n  Vertices: *{} {{\n   a: {}\n  }}\n  PolygonVertexIndex: *{} {{\n   a: {}\n  }}\n }}\n Model: 2, \"Model::m\", \
+         \"Mesh\" {{\n }}\n}}\nConnections: {{\n C: \"OO\",2,0\n C: \"OO\",1,2\n}}\n",
+        points.len(),
+        points.join(","),
+        3 * corners.len(),
+        corners.join(",")
+    )
+    .into_bytes()
+}
+
 /// The model part of a 3MF file.
 fn threemf_model() -> String {
     let mut text = "<?xml version=\"1.0\"?>\n<model unit=\"inch\" \
@@ -190,6 +207,7 @@ fn one_shape_is_the_same_in_every_format() {
         (threemf_of(threemf_model().as_bytes()), Format::ThreeMf),
         (off(), Format::Off),
         (collada(), Format::Collada),
+        (fbx(), Format::Fbx),
     ] {
         assert_eq!(Format::detect(&bytes), Some(format));
         let loaded = load(&bytes, format).unwrap();
@@ -274,6 +292,7 @@ fn seeds() -> Vec<(Vec<u8>, Option<Format>)> {
         (threemf_of(threemf_model().as_bytes()), Some(Format::ThreeMf)),
         (off(), Some(Format::Off)),
         (collada(), Some(Format::Collada)),
+        (fbx(), Some(Format::Fbx)),
         (hdr(), None),
         (exr(), None),
     ]

@@ -611,7 +611,7 @@ overcoat_status overcoat_world_new(overcoat *overcoat, uint64_t *world_out);
 overcoat_status overcoat_world_free(overcoat *overcoat, uint64_t world);
 
 /*
- Adds the model in a file (glTF, GLB, OBJ, STL, PLY, 3MF, COLLADA and others, told by its content) at a place: `matrix` may be null. Files that it
+ Adds the model in a file (glTF, GLB, OBJ, STL, PLY, 3MF, FBX, COLLADA and others, told by its content) at a place: `matrix` may be null. Files that it
  refers to are read from its folder alone. Its first animation can be played by overcoat_set_pose(). `warning` may be null.
  */
 overcoat_status overcoat_load_file(overcoat *overcoat,

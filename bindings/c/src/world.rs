@@ -60,7 +60,7 @@ pub unsafe extern "C" fn overcoat_world_free(overcoat: *mut overcoat, world: u64
     }
 }
 
-/// Adds the model in a file (glTF, GLB, OBJ, STL, PLY, 3MF, COLLADA and others, told by its content) at a place: `matrix` may be null. Files that it
+/// Adds the model in a file (glTF, GLB, OBJ, STL, PLY, 3MF, FBX, COLLADA and others, told by its content) at a place: `matrix` may be null. Files that it
 /// refers to are read from its folder alone. Its first animation can be played by overcoat_set_pose(). `warning` may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn overcoat_load_file(

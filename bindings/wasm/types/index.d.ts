@@ -107,7 +107,7 @@ export declare class Model {
   [Symbol.dispose](): void;
 }
 
-/** Draws a model file (glTF, GLB, OBJ, STL, PLY, 3MF, COLLADA and others) once. Rejects with an {@link OvercoatError}, or the reason of the signal. */
+/** Draws a model file (glTF, GLB, OBJ, STL, PLY, 3MF, FBX, COLLADA and others) once. Rejects with an {@link OvercoatError}, or the reason of the signal. */
 export declare function render(model: Bytes, options?: LoadOptions): Promise<RenderedImage>;
 
 /** Reads a model file, to be drawn many times. */

@@ -106,7 +106,7 @@ export declare class Scene {
   constructor(options?: SceneOptions);
   /** A scene with one model in it. `render` draws what the function of that name draws of the file, to the bit. */
   static load(model: Bytes, options?: SceneOptions): Promise<Scene>;
-  /** Adds a model file (glTF, GLB, OBJ, STL, PLY, 3MF, COLLADA and others) with its lights; with `animation`, `setPose` can move it. */
+  /** Adds a model file (glTF, GLB, OBJ, STL, PLY, 3MF, FBX, COLLADA and others) with its lights; with `animation`, `setPose` can move it. */
   addModel(model: Bytes, options?: ModelOptions): Promise<ModelHandle>;
   /** Adds a mesh, to be placed by `addInstance`. */
   addMesh(mesh: MeshArrays): Promise<Handle<"mesh">>;

@@ -56,6 +56,8 @@ pub const COLLADA: FileFormat = format("COLLADA", &["dae"], "model/vnd.collada+x
 pub const VOX: FileFormat = format("VOX", &["vox"], "model/x-vox");
 /// Meshes of 3D Studio.
 pub const THREE_DS: FileFormat = format("3DS", &["3ds"], "model/x-3ds");
+/// Scenes of Autodesk's exchange format.
+pub const FBX: FileFormat = format("FBX", &["fbx"], "model/x-fbx");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

@@ -3,7 +3,7 @@ use super::archive;
 use super::gltf;
 use super::text::{is_text, without_mark};
 #[cfg(feature = "more-models")]
-use super::{off, scans, splats, three_ds};
+use super::{fbx, off, scans, splats, three_ds};
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_scene::{Axis, Orientation};
 
@@ -45,6 +45,8 @@ pub enum Format {
     Vox,
     /// Meshes of 3D Studio.
     ThreeDs,
+    /// Scenes of Autodesk's exchange format, binary or as text.
+    Fbx,
 }
 
 impl Format {
@@ -67,6 +69,7 @@ impl Format {
         Self::Collada,
         Self::Vox,
         Self::ThreeDs,
+        Self::Fbx,
     ];
 
     /// Its name in messages.
@@ -89,6 +92,7 @@ impl Format {
             Self::Collada => "COLLADA",
             Self::Vox => "VOX",
             Self::ThreeDs => "3DS",
+            Self::Fbx => "FBX",
         }
     }
 
@@ -113,6 +117,7 @@ impl Format {
             Self::Collada => formats::COLLADA,
             Self::Vox => formats::VOX,
             Self::ThreeDs => formats::THREE_DS,
+            Self::Fbx => formats::FBX,
         }
     }
 
@@ -132,7 +137,7 @@ impl Format {
         let of =
             |up: Axis, front_is_known: bool| Orientation { up, front_is_known, ..Orientation::default() };
         match self {
-            Self::Gltf | Self::Glb => of(Axis::PositiveY, true),
+            Self::Gltf | Self::Glb | Self::Fbx => of(Axis::PositiveY, true),
             Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
             Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
             Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
@@ -144,7 +149,14 @@ impl Format {
     pub(super) fn defines_up(self) -> bool {
         matches!(
             self,
-            Self::Gltf | Self::Glb | Self::Las | Self::Ptx | Self::ThreeMf | Self::Vox | Self::ThreeDs
+            Self::Gltf
+                | Self::Glb
+                | Self::Las
+                | Self::Ptx
+                | Self::ThreeMf
+                | Self::Vox
+                | Self::ThreeDs
+                | Self::Fbx
         )
     }
 
@@ -199,6 +211,8 @@ impl Format {
             return Some(Self::Ksplat);
         } else if three_ds::is_one(bytes) {
             return Some(Self::ThreeDs);
+        } else if fbx::is_one(bytes) {
+            return Some(Self::Fbx);
         }
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = text.trim_ascii_start();

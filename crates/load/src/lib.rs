@@ -40,11 +40,15 @@ mod budget;
 mod clay;
 #[cfg(feature = "more-models")]
 mod collada;
+#[cfg(any(feature = "more-models", feature = "obj"))]
+mod derived_images;
 #[cfg(feature = "3mf")]
 mod embedded;
 mod encoded_image;
 mod environment;
 mod error;
+#[cfg(feature = "more-models")]
+mod fbx;
 mod foreign;
 mod format;
 mod gltf;
@@ -488,6 +492,8 @@ fn read_meshes(
         Format::Collada => collada::load(bytes, context, options.textures),
         #[cfg(feature = "more-models")]
         Format::Vox => vox::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Fbx => fbx::load(bytes, context, options.textures),
         #[cfg(feature = "more-models")]
         Format::ThreeDs => three_ds::load(bytes, context, options.textures),
         _ => {

@@ -33,6 +33,12 @@ pub(super) fn material_of(base_color: [f32; 4]) -> Material {
     material
 }
 
+/// Roughness of a highlight by its exponent n: alpha is the root of 2 / (n + 2) (B. Walter et al., *Microfacet Models for
+/// Refraction through Rough Surfaces*, 2007, for the Phong distribution).
+pub(super) fn phong_roughness(exponent: f32) -> f32 {
+    (2.0 / (exponent + 2.0)).sqrt().sqrt()
+}
+
 /// The same for meshes with colours of their own, which multiply the base colour.
 pub(super) fn white_material() -> Material {
     Material { name: "vertex colours".to_owned(), ..material_of([1.0; 4]) }

@@ -2,6 +2,7 @@
 //!
 //! The copies of a vertex form a chain that is searched for an equal one. Only so far: a file can use one vertex a million
 //! times with a million colours, and comparing each with each would never end. Then there are equal copies.
+use super::grouped::Grouped;
 use super::vertices::duplicate_vertex;
 use overcoat_scene::MeshData;
 
@@ -61,6 +62,47 @@ impl<T: Copy + PartialEq> Variants<T> {
         });
         self.list.clear();
     }
+}
+
+/// Calls `take` with the part of a mesh that each of so many groups of its triangles is.
+///
+/// # Errors
+/// Those of `take`.
+pub(super) fn split<E>(
+    whole: &MeshData,
+    groups: &Grouped,
+    count: usize,
+    mut take: impl FnMut(usize, MeshData) -> Result<(), E>,
+) -> Result<(), E> {
+    // Numbers of the vertices in the part at work.
+    let mut local = Variants::new(whole.positions.len(), 1);
+    for group in 0..count {
+        local.clear();
+        let mut part = MeshData::default();
+        for &t in groups.group(group) {
+            let Some(&(mut triangle)) = whole.triangles.get(t as usize) else { break };
+            for vertex in &mut triangle {
+                let Some((number, is_new)) = local.number(*vertex as usize, ()) else { break };
+                if is_new {
+                    copy_vertex(whole, *vertex as usize, &mut part);
+                }
+                *vertex = number;
+            }
+            part.triangles.push(triangle);
+        }
+        take(group, part)?;
+    }
+    Ok(())
+}
+
+/// Appends vertex `v` to a part of the mesh.
+fn copy_vertex(whole: &MeshData, v: usize, part: &mut MeshData) {
+    part.positions.extend(whole.positions.get(v));
+    part.normals.extend(whole.normals.get(v));
+    for (set, from) in part.uvs.iter_mut().zip(&whole.uvs) {
+        set.extend(from.get(v));
+    }
+    part.colors.extend(whole.colors.get(v));
 }
 
 /// Marks the end of a chain.

@@ -1,7 +1,7 @@
 //! Seeds of the target `formats`: an extension on a line, and a file of that format.
 
 /// Texts.
-const TEXTS: [(&str, &str); 6] = [
+const TEXTS: [(&str, &str); 7] = [
     (
         "off",
         "off\nSTCNOFF\n4 2 0 # counts\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0\n1 1 0 0 0 1 0 0 1.0\n0 1 0 0 0 1 0.5 1 1\n4 0 1 2 3\n3 0 1 2 255 0 0\n",
@@ -18,6 +18,10 @@ const TEXTS: [(&str, &str); 6] = [
     (
         "dae",
         "dae\n<?xml version='1.0'?><COLLADA><asset><unit meter='0.1'/><up_axis>Z_UP</up_axis></asset><library_effects><effect id='e'><profile_COMMON><technique><phong><diffuse><color>1 0 0 1</color></diffuse><transparency><float>0.5</float></transparency></phong></technique></profile_COMMON></effect></library_effects><library_materials><material id='m'><instance_effect url='#e'/></material></library_materials><library_geometries><geometry id='g'><mesh><source id='p'><float_array>0 0 0 1 0 0 1 1 0 0 1 0</float_array><technique_common><accessor stride='3'/></technique_common></source><vertices id='v'><input semantic='POSITION' source='#p'/></vertices><polylist material='s'><input semantic='VERTEX' source='#v' offset='0'/><vcount>4</vcount><p>0 1 2 3</p></polylist></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id='s'><node id='n'><rotate>0 0 1 90</rotate><instance_geometry url='#g'><bind_material><technique_common><instance_material symbol='s' target='#m'/></technique_common></bind_material></instance_geometry></node><node><instance_node url='#n'/></node></visual_scene></library_visual_scenes></COLLADA>",
+    ),
+    (
+        "fbx",
+        "fbx\n; FBX 7.4.0 project file\nFBXHeaderExtension: {\n FBXVersion: 7400\n}\nGlobalSettings: {\n Properties70: {\n P: \"UpAxis\", \"int\", \"Integer\", \"\",2\n }\n}\nObjects: {\n Geometry: 1, \"Geometry::\", \"Mesh\" {\n Vertices: *12 {\n a: 0,0,0,1,0,0,1,1,0,0,1,0\n }\n PolygonVertexIndex: *4 {\n a: 0,1,2,-4\n }\n LayerElementUV: 0 {\n MappingInformationType: \"ByPolygonVertex\"\n ReferenceInformationType: \"IndexToDirect\"\n UV: *4 {\n a: 0,0,1,1\n }\n UVIndex: *4 {\n a: 0,1,0,1\n }\n }\n }\n Model: 2, \"Model::m\", \"Mesh\" {\n Properties70: {\n P: \"Lcl Rotation\", \"Lcl Rotation\", \"\", \"A\",90,0,5\n P: \"InheritType\", \"enum\", \"\", \"\",2\n }\n }\n Material: 3, \"Material::a\", \"\" {\n Properties70: {\n P: \"DiffuseColor\", \"Color\", \"\", \"A\",1,0,0.5\n P: \"TransparencyFactor\", \"Number\", \"\", \"A\",0.5\n }\n }\n Deformer: 4, \"Deformer::\", \"Skin\" {\n }\n Deformer: 5, \"SubDeformer::\", \"Cluster\" {\n Indexes: *1 {\n a: 0\n }\n Weights: *1 {\n a: 1\n }\n Transform: *16 {\n a: 1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1\n }\n }\n}\nConnections: {\n C: \"OO\",2,0\n C: \"OO\",1,2\n C: \"OO\",3,2\n C: \"OO\",4,1\n C: \"OO\",5,4\n C: \"OO\",2,5\n}\n",
     ),
     ("ksplat", "ksplat\n\0\u{1}\0\0\u{1}\0\0\0"),
 ];
@@ -51,6 +55,56 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
             .to_vec();
     vox.extend(b"XYZI\x0c\0\0\0\0\0\0\0\x02\0\0\0\0\0\0\x01\x01\x01\x01\xd8");
     seeds.push(("vox", vox));
+    seeds.push(("fbx-binary", [b"fbx\n".to_vec(), fbx()].concat()));
     seeds.push(("las", [b"las\n", &las[..]].concat()));
     seeds
+}
+
+/// A square in the binary encoding.
+fn fbx() -> Vec<u8> {
+    let mut out = b"Kaydara FBX Binary  \0\x1a\0\xe8\x1c\0\0".to_vec();
+    let array = |kind: u8, count: u8, bytes: Vec<u8>| {
+        let length = bytes.len() as u8;
+        [vec![kind, count, 0, 0, 0, 0, 0, 0, 0, length, 0, 0, 0], bytes].concat()
+    };
+    let number = |v: i64| [&b"L"[..], &v.to_le_bytes()].concat();
+    let text = |text: &[u8]| [&[b'S', text.len() as u8, 0, 0, 0], text].concat();
+    let points = [0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+    let points = array(b'f', 12, points.iter().flat_map(|v| v.to_le_bytes()).collect());
+    let corners = array(b'i', 4, [0_i32, 1, 2, -4].iter().flat_map(|v| v.to_le_bytes()).collect());
+    let start = open(&mut out, b"Objects", &[]);
+    let mesh = open(&mut out, b"Geometry", &[number(1), text(b"g\0\x01Geometry"), text(b"Mesh")]);
+    for (name, list) in [(&b"Vertices"[..], points), (b"PolygonVertexIndex", corners)] {
+        let place = open(&mut out, name, &[list]);
+        close(&mut out, place, false);
+    }
+    close(&mut out, mesh, true);
+    let model = open(&mut out, b"Model", &[number(2), text(b"m\0\x01Model"), text(b"Mesh")]);
+    close(&mut out, model, false);
+    close(&mut out, start, true);
+    let start = open(&mut out, b"Connections", &[]);
+    let link = open(&mut out, b"C", &[text(b"OO"), number(1), number(2)]);
+    close(&mut out, link, false);
+    close(&mut out, start, true);
+    out.extend([0; 13]);
+    out
+}
+
+/// Begins a record of FBX, and returns its place.
+fn open(out: &mut Vec<u8>, name: &[u8], values: &[Vec<u8>]) -> usize {
+    let start = out.len();
+    let list = values.concat();
+    out.extend([0, values.len() as u32, list.len() as u32].map(u32::to_le_bytes).concat());
+    out.push(name.len() as u8);
+    out.extend([name, &list].concat());
+    start
+}
+
+/// Ends a record of FBX; one with records within has one more of zeros.
+fn close(out: &mut Vec<u8>, start: usize, has_records: bool) {
+    if has_records {
+        out.extend([0; 13]);
+    }
+    let end = out.len() as u32;
+    out[start..start + 4].copy_from_slice(&end.to_le_bytes());
 }

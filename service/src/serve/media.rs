@@ -12,8 +12,6 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"II*\0", "a TIFF picture"),
     (b"MM\0*", "a TIFF picture"),
     (b"%PDF", "a PDF document"),
-    (b"Kaydara FBX Binary", "a binary FBX file"),
-    (b"; FBX", "an FBX file"),
     (b"BLENDER", "a Blender file"),
     (b"PXR-USDC", "a USD file"),
     (b"#usda", "a USD file"),
@@ -117,7 +115,7 @@ mod tests {
         for (bytes, name, media_type, what) in [
             (&b"\x89PNG\r\n"[..], "model.glb", None, "PNG"),
             (b"", "a.glb", None, "empty"),
-            (b"Kaydara FBX Binary  \0", "a.fbx", None, "FBX"),
+            (b"BLENDER-v300", "a.blend", None, "Blender"),
             (b"anything", "a.max", None, ".max"),
             (b"anything", "", None, "nothing says"),
             (b"anything", "", Some("text/css; x=y"), "text/css"),

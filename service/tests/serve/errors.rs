@@ -124,7 +124,7 @@ fn other_files_are_called_what_they_are() {
     let service = start(&[]);
     for (body, query, what) in [
         (&b"\x89PNG\r\n\x1a\n"[..], "", "a PNG picture"),
-        (b"Kaydara FBX Binary  \0", "?name=a.fbx", "FBX"),
+        (b"BLENDER-v300", "?name=a.blend", "Blender"),
         (b"%PDF-1.7", "", "PDF"),
         (b"whatever", "?name=a.blend", ".blend"),
         (b"whatever", "", "nothing says what it is"),

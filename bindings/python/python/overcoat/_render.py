@@ -242,7 +242,7 @@ else:
         The interpreter is free meanwhile, for other threads. Ctrl-C is seen when the picture is done.
 
         Args:
-            source: Path of a model file (glTF, OBJ, STL, PLY, 3MF, COLLADA and others), its bytes, a file object, a `Model`, a `Mesh` or a list of
+            source: Path of a model file (glTF, OBJ, STL, PLY, 3MF, FBX, COLLADA and others), its bytes, a file object, a `Model`, a `Mesh` or a list of
                 them, a `Scene`, a scene or geometry of trimesh, or a scene of pyrender. In its place, arrays:
             vertices, faces, normals, uv, colors, texture: As of `Mesh`.
             renderer: Whose threads are used; one that all calls share if `None`.

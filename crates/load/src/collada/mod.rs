@@ -12,7 +12,9 @@ mod tests;
 
 use super::budget::Budget;
 use super::encoded_image::warn_of_reduced;
-use super::mesh_formats::{add_placed, check_input, default_material, finish, material_of, read_picture};
+use super::mesh_formats::{
+    add_placed, check_input, default_material, finish, material_of, phong_roughness, read_picture,
+};
 use super::normals::{add_missing_normals, add_smooth_normals};
 use super::text::{percent_decode, quoted};
 use super::warnings::{Warnings, counted};
@@ -315,10 +317,9 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Roughness of a highlight by its exponent n: alpha is the root of 2 / (n + 2) (B. Walter et al., *Microfacet Models for
-/// Refraction through Rough Surfaces*, 2007, for the Phong distribution). `None` without a highlight.
+/// Roughness of a highlight. `None` without one.
 fn roughness(effect: &Effect) -> Option<f32> {
     let is_dark = matches!(effect.specular, None | Some(Look::Color([0.0, 0.0, 0.0, _])));
     let exponent = effect.shininess.filter(|&n| effect.shader == "phong" && !is_dark && n > 0.0)?;
-    Some((2.0 / (exponent + 2.0)).sqrt().sqrt())
+    Some(phong_roughness(exponent))
 }

@@ -1,10 +1,11 @@
 //! Material libraries of a file: reading them, decoding the pictures that they name, and putting both together.
 
-use super::maps::{self, Map};
+use super::maps::Map;
 use super::material::Source;
 use super::mtl;
 use super::udim;
 use crate::budget::{Budget, Claim};
+use crate::derived_images;
 use crate::encoded_image::{EncodedImage, warn_of_reduced};
 use crate::image::{self, Picture, area};
 use crate::mesh_formats::default_material;
@@ -438,8 +439,8 @@ impl<'a> Library<'a> {
         };
         let parts = ["opacity", &opacity.file, color_map.map_or("", |m| &m.file)];
         let size = texels(color_image.as_ref().unwrap_or(&opacity_image));
-        let (combined, translucent) = self.derive(&parts, size, maps::is_translucent, |_| {
-            maps::with_opacity(color_image.as_deref(), &opacity_image).map(Arc::new)
+        let (combined, translucent) = self.derive(&parts, size, derived_images::is_translucent, |_| {
+            derived_images::with_opacity(color_image.as_deref(), &opacity_image).map(Arc::new)
         })?;
         let alpha = if translucent || material.base_color[3] < 1.0 {
             material.alpha_mode = AlphaMode::Blend;
@@ -472,7 +473,10 @@ impl<'a> Library<'a> {
             &parts,
             size,
             |_| false,
-            |_| maps::metallic_roughness(metal_image.as_deref(), rough_image.as_deref()).map(Arc::new),
+            |_| {
+                derived_images::metallic_roughness(metal_image.as_deref(), rough_image.as_deref())
+                    .map(Arc::new)
+            },
         )?;
         let made =
             self.texture(scene, map, &parts, &Held::Decoded(packed), ColorSpace::Linear, AlphaUse::Data)?;
@@ -503,7 +507,7 @@ impl<'a> Library<'a> {
         let Some(map) = source.maps.bump.as_ref() else { return Ok(None) };
         let Some(image) = self.image(Some(map)).cloned() else { return Ok(None) };
         let source = ["bump", &map.file];
-        let (image, normals) = self.derive(&source, 0, maps::is_normal_map, |_| Ok(image))?;
+        let (image, normals) = self.derive(&source, 0, derived_images::is_normal_map, |_| Ok(image))?;
         if normals {
             let file = quoted(map.file.as_bytes());
             warnings
@@ -516,7 +520,7 @@ impl<'a> Library<'a> {
             &parts,
             texels(&image),
             |_| false,
-            |_| maps::normals_of_heights(&image, map.bump, &map.sampler).map(Arc::new),
+            |_| derived_images::normals_of_heights(&image, map.bump, &map.sampler).map(Arc::new),
         )?;
         let texture =
             self.texture(scene, map, &parts, &Held::Decoded(image), ColorSpace::Linear, AlphaUse::Normals)?;

@@ -18,7 +18,7 @@ mod udim;
 use super::grouped::Grouped;
 use super::mesh_formats::{add_object, check_input, default_material, finish, white_material};
 use super::origin::{Region, load_about, points_of_text};
-use super::splitting::Variants;
+use super::splitting::split;
 use super::tangents::add_tangents;
 use super::text::{quoted, without_mark};
 use super::warnings::Warnings;
@@ -172,25 +172,12 @@ impl Meshes {
         }
         // Triangles by mesh, in the order of the file.
         let by_mesh = Grouped::new(self.keys.len(), self.mesh_of.iter().map(|&mesh| mesh as usize));
-        // Numbers of the vertices in the mesh at work.
-        let mut local = Variants::new(whole.positions.len(), 1);
-        for (m, (&(object, _), &material)) in self.keys.iter().zip(materials).enumerate() {
-            local.clear();
-            let mut part = MeshData::default();
-            for &t in by_mesh.group(m) {
-                let Some(&(mut triangle)) = whole.triangles.get(t as usize) else { break };
-                for vertex in &mut triangle {
-                    let Some((number, is_new)) = local.number(*vertex as usize, ()) else { break };
-                    if is_new {
-                        copy_vertex(&whole, *vertex as usize, &mut part);
-                    }
-                    *vertex = number;
-                }
-                part.triangles.push(triangle);
-            }
-            add_part(scene, part, material, object)?;
-        }
-        Ok(())
+        split(&whole, &by_mesh, self.keys.len(), |m, part| {
+            let (Some(&(object, _)), Some(&material)) = (self.keys.get(m), materials.get(m)) else {
+                return Ok(());
+            };
+            add_part(scene, part, material, object)
+        })
     }
 }
 
@@ -211,14 +198,6 @@ fn in_order_of_use(mesh: &MeshData) -> bool {
         v < next
     });
     in_order && next as usize == mesh.positions.len()
-}
-
-/// Appends vertex `v` to a part of the mesh.
-fn copy_vertex(whole: &MeshData, v: usize, part: &mut MeshData) {
-    part.positions.extend(whole.positions.get(v));
-    part.normals.extend(whole.normals.get(v));
-    part.uvs[0].extend(whole.uvs[0].get(v));
-    part.colors.extend(whole.colors.get(v));
 }
 
 /// The material of each mesh.
