@@ -56,6 +56,8 @@ pub const COLLADA: FileFormat = format("COLLADA", &["dae"], "model/vnd.collada+x
 pub const VOX: FileFormat = format("VOX", &["vox"], "model/x-vox");
 /// Meshes of 3D Studio.
 pub const THREE_DS: FileFormat = format("3DS", &["3ds"], "model/x-3ds");
+/// Universal Scene Description: package, binary, text.
+pub const USD: FileFormat = format("USD", &["usdz", "usdc", "usda", "usd"], "model/vnd.usdz+zip");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

@@ -3,7 +3,7 @@ use super::archive;
 use super::gltf;
 use super::text::{is_text, without_mark};
 #[cfg(feature = "more-models")]
-use super::{off, scans, splats, three_ds};
+use super::{off, scans, splats, three_ds, usd};
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_scene::{Axis, Orientation};
 
@@ -45,6 +45,8 @@ pub enum Format {
     Vox,
     /// Meshes of 3D Studio.
     ThreeDs,
+    /// Universal Scene Description.
+    Usd,
 }
 
 impl Format {
@@ -67,6 +69,7 @@ impl Format {
         Self::Collada,
         Self::Vox,
         Self::ThreeDs,
+        Self::Usd,
     ];
 
     /// Its name in messages.
@@ -89,6 +92,7 @@ impl Format {
             Self::Collada => "COLLADA",
             Self::Vox => "VOX",
             Self::ThreeDs => "3DS",
+            Self::Usd => "USD",
         }
     }
 
@@ -113,6 +117,7 @@ impl Format {
             Self::Collada => formats::COLLADA,
             Self::Vox => formats::VOX,
             Self::ThreeDs => formats::THREE_DS,
+            Self::Usd => formats::USD,
         }
     }
 
@@ -136,7 +141,7 @@ impl Format {
             Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
             Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
             Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
-            Self::Obj | Self::Collada | Self::Ply | Self::Off | Self::Spz => of(Axis::PositiveY, false),
+            Self::Obj | Self::Collada | Self::Usd | Self::Ply | Self::Off | Self::Spz => of(Axis::PositiveY, false),
         }
     }
 
@@ -192,13 +197,20 @@ impl Format {
         }
         if bytes.starts_with(archive::MAGIC) {
             let is_model = |name: &String| name.ends_with(".model");
-            return archive::names(bytes, 4096).iter().any(is_model).then_some(Self::ThreeMf);
+            let names = archive::names(bytes, 4096);
+            #[cfg(feature = "more-models")]
+            if usd::is_package(&names) {
+                return Some(Self::Usd);
+            }
+            return names.iter().any(is_model).then_some(Self::ThreeMf);
         }
         #[cfg(feature = "more-models")]
         if splats::ksplat::is_one(bytes) {
             return Some(Self::Ksplat);
         } else if three_ds::is_one(bytes) {
             return Some(Self::ThreeDs);
+        } else if usd::is_layer(bytes) {
+            return Some(Self::Usd);
         }
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = text.trim_ascii_start();
