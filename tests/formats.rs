@@ -117,6 +117,19 @@ fn collada() -> Vec<u8> {
     .into_bytes()
 }
 
+fn usd() -> Vec<u8> {
+    let points: Vec<String> = VERTICES.iter().map(|[x, y, z]| format!("({x}, {y}, {z})")).collect();
+    let indices: Vec<String> = TRIANGLES.as_flattened().iter().map(usize::to_string).collect();
+    format!(
+        "#usda 1.0\n(\n    metersPerUnit = 1\n)\ndef Mesh \"m\" {{\n    uniform token subdivisionScheme = \"none\"\n    \
+         int[] faceVertexCounts = [{}]\n    int[] faceVertexIndices = [{}]\n    point3f[] points = [{}]\n}}\n",
+        ["3"; 8].join(", "),
+        indices.join(", "),
+        points.join(", ")
+    )
+    .into_bytes()
+}
+
 /// The model part of a 3MF file.
 fn threemf_model() -> String {
     let mut text = "<?xml version=\"1.0\"?>\n<model unit=\"inch\" \
@@ -190,6 +203,7 @@ fn one_shape_is_the_same_in_every_format() {
         (threemf_of(threemf_model().as_bytes()), Format::ThreeMf),
         (off(), Format::Off),
         (collada(), Format::Collada),
+        (usd(), Format::Usd),
     ] {
         assert_eq!(Format::detect(&bytes), Some(format));
         let loaded = load(&bytes, format).unwrap();
@@ -274,6 +288,7 @@ fn seeds() -> Vec<(Vec<u8>, Option<Format>)> {
         (threemf_of(threemf_model().as_bytes()), Some(Format::ThreeMf)),
         (off(), Some(Format::Off)),
         (collada(), Some(Format::Collada)),
+        (usd(), Some(Format::Usd)),
         (hdr(), None),
         (exr(), None),
     ]

@@ -141,7 +141,9 @@ impl Format {
             Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
             Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
             Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
-            Self::Obj | Self::Collada | Self::Usd | Self::Ply | Self::Off | Self::Spz => of(Axis::PositiveY, false),
+            Self::Obj | Self::Collada | Self::Usd | Self::Ply | Self::Off | Self::Spz => {
+                of(Axis::PositiveY, false)
+            }
         }
     }
 

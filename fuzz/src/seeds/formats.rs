@@ -1,7 +1,7 @@
 //! Seeds of the target `formats`: an extension on a line, and a file of that format.
 
 /// Texts.
-const TEXTS: [(&str, &str); 6] = [
+const TEXTS: [(&str, &str); 7] = [
     (
         "off",
         "off\nSTCNOFF\n4 2 0 # counts\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0\n1 1 0 0 0 1 0 0 1.0\n0 1 0 0 0 1 0.5 1 1\n4 0 1 2 3\n3 0 1 2 255 0 0\n",
@@ -18,6 +18,10 @@ const TEXTS: [(&str, &str); 6] = [
     (
         "dae",
         "dae\n<?xml version='1.0'?><COLLADA><asset><unit meter='0.1'/><up_axis>Z_UP</up_axis></asset><library_effects><effect id='e'><profile_COMMON><technique><phong><diffuse><color>1 0 0 1</color></diffuse><transparency><float>0.5</float></transparency></phong></technique></profile_COMMON></effect></library_effects><library_materials><material id='m'><instance_effect url='#e'/></material></library_materials><library_geometries><geometry id='g'><mesh><source id='p'><float_array>0 0 0 1 0 0 1 1 0 0 1 0</float_array><technique_common><accessor stride='3'/></technique_common></source><vertices id='v'><input semantic='POSITION' source='#p'/></vertices><polylist material='s'><input semantic='VERTEX' source='#v' offset='0'/><vcount>4</vcount><p>0 1 2 3</p></polylist></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id='s'><node id='n'><rotate>0 0 1 90</rotate><instance_geometry url='#g'><bind_material><technique_common><instance_material symbol='s' target='#m'/></technique_common></bind_material></instance_geometry></node><node><instance_node url='#n'/></node></visual_scene></library_visual_scenes></COLLADA>",
+    ),
+    (
+        "usda",
+        "usda\n#usda 1.0\n( defaultPrim = \"a\" metersPerUnit = 1 upAxis = \"Z\" subLayers = [ @b.usda@ ] )\nclass \"c\" { token purpose = \"render\" }\ndef Mesh \"m\" ( inherits = </c> references = @b.usda@</a> variants = { string v = \"x\" } ) {\nint[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\npoint3f[] points.timeSamples = { 0: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], }\ntexCoord2f[] primvars:st = [(0, 0), (1, 1)] ( interpolation = \"faceVarying\" )\nint[] primvars:st:indices = [0, 1, 0, 1]\ndouble3 xformOp:rotateXYZ = (0, 90, 0)\nquatf xformOp:orient = (1, 0, 0, 0)\nuniform token[] xformOpOrder = [\"xformOp:rotateXYZ\", \"!invert!xformOp:orient\"]\nrel material:binding = </n>\nvariantSet \"v\" = { \"x\" { def GeomSubset \"s\" { int[] indices = [0] rel material:binding = </n> } } }\n}\ndef Material \"n\" { token outputs:surface.connect = </n/s.outputs:surface>\ndef Shader \"s\" { uniform token info:id = \"UsdPreviewSurface\" float inputs:roughness.connect = </n/t.outputs:g> }\ndef Shader \"t\" { uniform token info:id = \"UsdUVTexture\" asset inputs:file = @t.png@ } }\ndef PointInstancer \"p\" { rel prototypes = [ </m>, </k> ] int[] protoIndices = [0, 1] point3f[] positions = [(0, 0, 0), (1, 0, 0)] }\ndef Capsule \"k\" { double radius = 2 }\n",
     ),
     ("ksplat", "ksplat\n\0\u{1}\0\0\u{1}\0\0\0"),
 ];

@@ -15,8 +15,6 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"Kaydara FBX Binary", "a binary FBX file"),
     (b"; FBX", "an FBX file"),
     (b"BLENDER", "a Blender file"),
-    (b"PXR-USDC", "a USD file"),
-    (b"#usda", "a USD file"),
     (b"ISO-10303-21", "a STEP file"),
     (b"<?xml", "an XML file"),
     (b"<!DOCTYPE", "an HTML page"),

@@ -6,7 +6,7 @@
 
 use super::FORMAT;
 use super::files::Files;
-use super::layer::{Layer, ListOp, Prim, Reference, Specifier, Value, joined};
+use super::layer::{Layer, ListOp, Prim, Reference, Specifier, Value, check_depth, joined};
 use crate::LoadError;
 use crate::nearby::folder_of;
 use crate::text::quoted;
@@ -15,7 +15,7 @@ use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// Arcs that follow each other at most.
+/// Arcs and variants that follow each other at most.
 const ARCS: usize = 64;
 
 /// Step of a path from one namespace to the next.
@@ -103,7 +103,10 @@ impl Composed {
 
     /// Tells prims with the same opinions: the places of these in memory.
     pub(super) fn identity(&self) -> Vec<usize> {
-        self.specs().filter(|spec| !spec.properties.is_empty()).map(|spec| std::ptr::from_ref(&**spec).addr()).collect()
+        self.specs()
+            .filter(|spec| !spec.properties.is_empty())
+            .map(|spec| std::ptr::from_ref(&**spec).addr())
+            .collect()
     }
 
     /// Names of properties.
@@ -241,9 +244,8 @@ impl<'c> Stage<'c> {
         let (order, mut below) = Self::below(&prim.sites);
         let mut children = Vec::new();
         let mut places = BTreeMap::new();
-        let limit = self.files.context.limits.depth;
         let depth = prim.path.matches('/').count() as u64;
-        Limits::check(|| format!("{FORMAT}: the depth of prims"), depth, limit, "depth")?;
+        check_depth("prims", depth, self.files.context.limits)?;
         for name in order {
             let Some(sites) = below.remove(&name) else { continue };
             let path = joined(&prim.path, &name);
@@ -264,7 +266,8 @@ impl<'c> Stage<'c> {
         let path = path.split('.').next().unwrap_or_default();
         for name in path.split('/').filter(|name| !name.is_empty()) {
             self.children(&prim)?;
-            let next = prim.children.get().and_then(|(list, places)| list.get(*places.get(name)?)).map(Rc::clone);
+            let next =
+                prim.children.get().and_then(|(list, places)| list.get(*places.get(name)?)).map(Rc::clone);
             match next {
                 Some(next) => prim = next,
                 None => return Ok(None),
@@ -274,7 +277,11 @@ impl<'c> Stage<'c> {
     }
 
     /// Sites, each followed by those that its arcs lead to.
-    fn expanded(&mut self, sites: Vec<Site>, active: &mut Vec<(usize, String)>) -> Result<Vec<Site>, LoadError> {
+    fn expanded(
+        &mut self,
+        sites: Vec<Site>,
+        active: &mut Vec<(usize, String)>,
+    ) -> Result<Vec<Site>, LoadError> {
         let mut out = Vec::new();
         let mut selections = BTreeMap::new();
         for site in sites {
@@ -305,8 +312,11 @@ impl<'c> Stage<'c> {
             let own = |spec: &Rc<Prim>| spec.variants.get(set)?.get(chosen).map(Rc::clone);
             let specs = site.specs.iter().filter_map(|(file, spec)| Some((Rc::clone(file), own(spec)?)));
             let inner = Site { specs: specs.collect(), ..site.clone() };
-            if !inner.specs.is_empty() {
+            if !inner.specs.is_empty() && active.len() < ARCS {
+                // No arc of its own, but a variant can have variants.
+                active.push((usize::MAX, set.clone()));
                 self.expand(inner, selections, out, active)?;
+                active.pop();
             }
         }
         let references = placed(&site, |spec| &spec.references);
@@ -352,7 +362,8 @@ impl<'c> Stage<'c> {
             || active.len() >= ARCS;
         if is_circle {
             let path = quoted(target.1.as_bytes());
-            self.files.say(|| format!("{FORMAT}: a reference to {path} that leads back to itself is left out"));
+            self.files
+                .say(|| format!("{FORMAT}: a reference to {path} that leads back to itself is left out"));
             return Ok(());
         }
         active.push(target.clone());

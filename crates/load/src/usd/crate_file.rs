@@ -5,7 +5,7 @@
 
 use super::FORMAT;
 use super::crate_values::{Bytes, Rep, kind};
-use super::layer::{Layer, Prim, Property, Specifier, Value};
+use super::layer::{Layer, Prim, Property, Specifier, Value, check_depth};
 use super::lz4;
 use crate::budget::Budget;
 use crate::text::quoted;
@@ -67,7 +67,8 @@ pub(super) struct File<'a, 'c> {
 
 /// Reads a layer.
 pub(super) fn read(bytes: &[u8], context: &Context<'_>, budget: &mut Budget) -> Result<Layer, LoadError> {
-    let version = bytes.get(8..11).and_then(|v| v.first_chunk()).copied().ok_or_else(|| damaged("the head"))?;
+    let version =
+        bytes.get(8..11).and_then(|v| v.first_chunk()).copied().ok_or_else(|| damaged("the head"))?;
     if version[0] > 0 || version[1] > 13 {
         let [major, minor, patch] = version;
         return Err(LoadError::unsupported(
@@ -157,7 +158,12 @@ impl<'a> File<'a, '_> {
     }
 
     /// So many compressed integers.
-    pub(super) fn integers(&mut self, at: &mut Bytes<'a>, count: u64, what: &str) -> Result<Vec<u32>, LoadError> {
+    pub(super) fn integers(
+        &mut self,
+        at: &mut Bytes<'a>,
+        count: u64,
+        what: &str,
+    ) -> Result<Vec<u32>, LoadError> {
         let size = at.u64().ok_or_else(|| damaged(what))?;
         let bytes = at.take(size).ok_or_else(|| damaged(what))?;
         self.charge(what, count, 16)?;
@@ -231,20 +237,21 @@ impl<'a> File<'a, '_> {
         let jumps = self.integers(&mut at, count, what)?;
         self.charge(what, all, size_of::<Place>() as u64)?;
         let all = usize::try_from(all).map_err(|_| error())?;
-        // Every path is an element of the tree.
-        self.paths = vec![Place::default(); all.min(indices.len())];
+        self.paths = vec![Place::default(); all];
         // Places whose siblings follow later, with their parents.
         let mut later: Vec<(usize, u32)> = Vec::new();
         let (mut next, mut parent) = (0_usize, END);
         let elements = || indices.iter().zip(&names).zip(&jumps);
-        let elements: Vec<_> = elements().map(|((&i, &n), &j)| (i, n.cast_signed(), j.cast_signed())).collect();
+        let elements: Vec<_> =
+            elements().map(|((&i, &n), &j)| (i, n.cast_signed(), j.cast_signed())).collect();
         // Each element once.
         for _ in 0..elements.len() {
             let Some(&(index, name, jump)) = elements.get(next) else { return Err(error()) };
             self.place(index, parent, name).ok_or_else(error)?;
             let (has_child, has_sibling) = (jump > 0 || jump == -1, jump >= 0);
             if has_child && has_sibling {
-                let sibling = next.checked_add(usize::try_from(jump).map_err(|_| error())?).ok_or_else(error)?;
+                let sibling =
+                    next.checked_add(usize::try_from(jump).map_err(|_| error())?).ok_or_else(error)?;
                 later.push((sibling, parent));
             }
             if has_child {
@@ -263,19 +270,20 @@ impl<'a> File<'a, '_> {
     fn read_plain_paths(&mut self, mut at: Bytes<'a>, all: u64) -> Result<(), LoadError> {
         let what = "the table of paths";
         let error = || damaged(what);
-        // Index, name and bits of an element, padded in version 0.0.1.
-        let skipped = if self.version == [0, 0, 1] { 7 } else { 3 };
-        let most = (self.bytes.len() as u64) / 9;
-        self.charge(what, all.min(most), size_of::<Place>() as u64)?;
-        self.paths = vec![Place::default(); usize::try_from(all.min(most)).map_err(|_| error())?];
+        // Padding of version 0.0.1 lies in front of index, name and bits of an element.
+        let padding = if self.version == [0, 0, 1] { 4 } else { 0 };
+        self.charge(what, all, size_of::<Place>() as u64)?;
+        self.paths = vec![Place::default(); usize::try_from(all).map_err(|_| error())?];
         let mut later: Vec<(u64, u32)> = Vec::new();
         let mut parent = END;
         for _ in 0..self.paths.len() {
+            at.take(padding).ok_or_else(error)?;
             let (index, name) = (at.u32().ok_or_else(error)?, at.u32().ok_or_else(error)?);
             let bits = at.u8().ok_or_else(error)?;
-            at.take(skipped).ok_or_else(error)?;
+            at.take(3).ok_or_else(error)?;
             let name = name.cast_signed();
-            self.place(index, parent, if bits & 4 > 0 { name.wrapping_neg() } else { name }).ok_or_else(error)?;
+            self.place(index, parent, if bits & 4 > 0 { name.wrapping_neg() } else { name })
+                .ok_or_else(error)?;
             if bits & 3 == 3 {
                 later.push((at.u64().ok_or_else(error)?, parent));
             }
@@ -310,9 +318,10 @@ impl<'a> File<'a, '_> {
         let count = at.u64().ok_or_else(error)?;
         self.charge(what, count, 32)?;
         if !self.is_compressed() {
-            let size = if self.version == [0, 0, 1] { 16 } else { 12 };
+            let padding = if self.version == [0, 0, 1] { 4 } else { 0 };
             for _ in 0..count {
-                let mut spec = Bytes::new(at.take(size).ok_or_else(error)?, 0);
+                at.take(padding).ok_or_else(error)?;
+                let mut spec = Bytes::new(at.take(12).ok_or_else(error)?, 0);
                 let [path, fields, kind] = [(); 3].map(|()| spec.u32().unwrap_or(END));
                 self.specs.insert(path, (kind.cast_signed(), fields));
             }
@@ -377,8 +386,7 @@ impl<'a> File<'a, '_> {
         }
         let root = root.ok_or_else(|| damaged("the table of paths"))?;
         let deepest = self.paths.iter().map(|place| place.depth).max().unwrap_or(0);
-        let limit = self.context.limits.depth;
-        Limits::check(|| format!("{FORMAT}: the depth of prims"), deepest.into(), limit, "depth")?;
+        check_depth("prims", deepest.into(), self.context.limits)?;
         let mut layer = Layer::default();
         if let Some(&(spec::PSEUDO_ROOT, fields)) = self.specs.get(&root) {
             for (name, rep) in self.fields_of(fields) {
@@ -397,12 +405,7 @@ impl<'a> File<'a, '_> {
     }
 
     /// A prim with all that is in it.
-    fn prim(
-        &mut self,
-        index: u32,
-        name: String,
-        below: &BTreeMap<u32, Vec<u32>>,
-    ) -> Result<Prim, LoadError> {
+    fn prim(&mut self, index: u32, name: String, below: &BTreeMap<u32, Vec<u32>>) -> Result<Prim, LoadError> {
         self.charge("prims and properties", 256, 1)?;
         let mut prim = Prim { name, ..Prim::default() };
         let mut order = Vec::new();
@@ -430,7 +433,8 @@ impl<'a> File<'a, '_> {
                 _ => {}
             }
         }
-        let place: BTreeMap<&str, usize> = order.iter().enumerate().map(|(k, name)| (name.as_str(), k)).collect();
+        let place: BTreeMap<&str, usize> =
+            order.iter().enumerate().map(|(k, name)| (name.as_str(), k)).collect();
         prim.children.sort_by_key(|child| place.get(child.name.as_str()).copied().unwrap_or(usize::MAX));
         Ok(prim)
     }
@@ -469,7 +473,8 @@ impl<'a> File<'a, '_> {
     fn property(&mut self, name: &str, fields: u32) -> Result<Option<Property>, LoadError> {
         self.charge("prims and properties", (name.len() as u64).saturating_add(128), 1)?;
         // Animation and rigs, which are not drawn, are most of some files.
-        if ["skel:", "primvars:skel:", "velocities", "accelerations"].iter().any(|own| name.starts_with(own)) {
+        if ["skel:", "primvars:skel:", "velocities", "accelerations"].iter().any(|own| name.starts_with(own))
+        {
             return Ok((name == "skel:skeleton").then(Property::default));
         }
         let mut property = Property::default();

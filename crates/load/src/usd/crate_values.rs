@@ -189,7 +189,13 @@ fn inlined(kind: u8, store: Store, count: u64, payload: u64) -> Value {
     };
     match (kind, count) {
         (13..=15, _) => {
-            let side = if count == 4 { 2 } else if count == 9 { 3 } else { 4 };
+            let side = if count == 4 {
+                2
+            } else if count == 9 {
+                3
+            } else {
+                4
+            };
             for (row, column) in (0..side).flat_map(|row| (0..side).map(move |column| (row, column))) {
                 out.push_number(if row == column { byte(row) } else { 0.0 });
             }
@@ -336,7 +342,9 @@ impl<'a> File<'a, '_> {
             }
             Some(b't') => {
                 let Some(size) = at.u32() else { return Err(bad) };
-                let Some(bytes) = at.take(u64::from(size).saturating_mul(store.size())) else { return Err(bad) };
+                let Some(bytes) = at.take(u64::from(size).saturating_mul(store.size())) else {
+                    return Err(bad);
+                };
                 self.grant(size.into(), 8)?;
                 let table = decode(store, bytes);
                 let table = table.doubles();

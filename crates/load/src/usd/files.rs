@@ -119,7 +119,9 @@ impl<'c> Files<'c> {
     ) -> Result<(), LoadError> {
         if above.contains(&layer.name) || above.len() >= DEPTH || out.len() >= LAYERS {
             let name = quoted(layer.name.as_bytes());
-            self.say(|| format!("{FORMAT}: sublayer {name} that contains itself, or is one too many, is left out"));
+            self.say(|| {
+                format!("{FORMAT}: sublayer {name} that contains itself, or is one too many, is left out")
+            });
             return Ok(());
         }
         out.push(Rc::clone(layer));

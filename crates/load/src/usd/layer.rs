@@ -1,8 +1,21 @@
 //! One layer, as either syntax has it: prims with properties, and how they refer to others.
 
+use super::FORMAT;
+use crate::LoadError;
+use overcoat_core::limits::Limits;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::rc::Rc;
+
+/// Depth of prims, variants and values at most: readers call themselves. Scenes have about twenty.
+pub(super) const DEPTH: u64 = 128;
+
+/// Checks the depth of something in a file.
+pub(super) fn check_depth(what: &str, depth: u64, limits: &Limits) -> Result<(), LoadError> {
+    let limit = limits.depth.min(DEPTH);
+    Limits::check(|| format!("{FORMAT}: the depth of {what}"), depth, limit, "depth")?;
+    Ok(())
+}
 
 /// A value of an attribute: a scalar, a tuple, or an array of either, flat.
 #[derive(Clone, Debug, PartialEq)]
@@ -160,7 +173,8 @@ impl<T: Clone + Ord> ListOp<T> {
         let known: std::collections::BTreeSet<T> = list.iter().cloned().collect();
         let kept = list.iter().filter(|item| !moved.contains(item)).cloned();
         let added = self.added.iter().filter(|item| !known.contains(item) && !moved.contains(item)).cloned();
-        let all = self.prepended.iter().cloned().chain(kept).chain(added).chain(self.appended.iter().cloned());
+        let all =
+            self.prepended.iter().cloned().chain(kept).chain(added).chain(self.appended.iter().cloned());
         *list = all.collect();
     }
 }

@@ -74,7 +74,12 @@ impl<'m, 'c> Maker<'m, 'c> {
     }
 
     /// A number, or its picture.
-    fn scalar(&mut self, shader: &Composed, name: &str, default: f64) -> Result<(f32, Option<Picture>), LoadError> {
+    fn scalar(
+        &mut self,
+        shader: &Composed,
+        name: &str,
+        default: f64,
+    ) -> Result<(f32, Option<Picture>), LoadError> {
         Ok(match self.stage.input(shader, name)? {
             Source::Value(list) => (list.first().copied().unwrap_or(default) as f32, None),
             Source::Picture(picture) => (1.0, Some(*picture)),
@@ -141,7 +146,8 @@ impl<'m, 'c> Maker<'m, 'c> {
             None if material.alpha_mode != AlphaMode::Opaque => white,
             None => picture.as_ref().map_or(white, |picture| Channel::Of(picture, 3)),
         };
-        let space = if main.space == "raw" && picture.is_some() { ColorSpace::Linear } else { ColorSpace::Srgb };
+        let space =
+            if main.space == "raw" && picture.is_some() { ColorSpace::Linear } else { ColorSpace::Srgb };
         material.base_color_texture = self.texture([r, g, b, a], (space, alpha))?;
         if material.base_color_texture.is_none() && picture.is_some() {
             material.base_color = [0.8, 0.8, 0.8, unit(opacity)];
@@ -163,7 +169,9 @@ impl<'m, 'c> Maker<'m, 'c> {
             if rough.is_some() {
                 let path = quoted(shader.path.as_bytes());
                 self.stage.files.say(|| {
-                    format!("{FORMAT}: the roughness texture of {path} has no effect beside a specular colour")
+                    format!(
+                        "{FORMAT}: the roughness texture of {path} has no effect beside a specular colour"
+                    )
                 });
             }
             let texture = match &picture {
@@ -206,7 +214,8 @@ impl<'m, 'c> Maker<'m, 'c> {
         if let Some(picture) = &picture {
             let [r, g, b] = [0, 1, 2].map(|k| Channel::Of(picture, k));
             let space = if picture.space == "raw" { ColorSpace::Linear } else { ColorSpace::Srgb };
-            material.emissive_texture = self.texture([r, g, b, Channel::Value(255)], (space, AlphaUse::Data))?;
+            material.emissive_texture =
+                self.texture([r, g, b, Channel::Value(255)], (space, AlphaUse::Data))?;
             if material.emissive_texture.is_none() {
                 material.emissive = [0.0; 3];
             }
@@ -216,7 +225,8 @@ impl<'m, 'c> Maker<'m, 'c> {
         let (coat, picture) = self.scalar(shader, "clearcoat", 0.0)?;
         material.coat = unit(coat);
         if let Some(picture) = &picture {
-            material.coat_texture = self.texture([Channel::Of(picture, picture.channel), white, white, white], data)?;
+            material.coat_texture =
+                self.texture([Channel::Of(picture, picture.channel), white, white, white], data)?;
         }
         let (roughness, picture) = self.scalar(shader, "clearcoatRoughness", 0.01)?;
         material.coat_roughness = unit(roughness);
@@ -250,7 +260,8 @@ impl<'m, 'c> Maker<'m, 'c> {
 
     /// A texture of four channels; `None`, with a warning, if its pictures cannot be had.
     fn texture(&mut self, channels: [Channel<'_>; 4], form: Use) -> Result<Option<TextureRef>, LoadError> {
-        let main = channels.iter().find_map(|c| if let Channel::Of(picture, _) = c { Some(*picture) } else { None });
+        let main =
+            channels.iter().find_map(|c| if let Channel::Of(picture, _) = c { Some(*picture) } else { None });
         let Some(main) = main else { return Ok(None) };
         let uv_set = self.uv_set(main);
         let key = format!("{channels:?} {form:?} {:?}", main.sampler);
@@ -280,14 +291,21 @@ impl<'m, 'c> Maker<'m, 'c> {
         }
         if second.as_ref().is_some_and(|known| *known != name) {
             let name = quoted(name.as_bytes());
-            self.stage.files.say(|| format!("{FORMAT}: texture coordinates {name} are the third: the second are taken"));
+            self.stage
+                .files
+                .say(|| format!("{FORMAT}: texture coordinates {name} are the third: the second are taken"));
         } else {
             *second = Some(name);
         }
         1
     }
 
-    fn make(&mut self, channels: [Channel<'_>; 4], main: &Picture, form: Use) -> Result<Option<Texture>, LoadError> {
+    fn make(
+        &mut self,
+        channels: [Channel<'_>; 4],
+        main: &Picture,
+        form: Use,
+    ) -> Result<Option<Texture>, LoadError> {
         let (space, alpha) = form;
         let form = (space, alpha, main.sampler);
         let is_as_it_is = |needed: [bool; 4]| {
@@ -312,7 +330,8 @@ impl<'m, 'c> Maker<'m, 'c> {
         let mut pictures: Vec<(&Picture, Image)> = Vec::new();
         for channel in channels {
             let Channel::Of(picture, _) = channel else { continue };
-            if pictures.iter().any(|(known, _)| known.file == picture.file && known.folder == picture.folder) {
+            if pictures.iter().any(|(known, _)| known.file == picture.file && known.folder == picture.folder)
+            {
                 continue;
             }
             let Some(image) = self.image(picture)? else { continue };
@@ -333,7 +352,8 @@ impl<'m, 'c> Maker<'m, 'c> {
                 let Channel::Of(picture, own) = channel else {
                     return if let Channel::Value(value) = channel { value } else { 255 };
                 };
-                let found = pictures.iter().find(|(p, _)| p.file == picture.file && p.folder == picture.folder);
+                let found =
+                    pictures.iter().find(|(p, _)| p.file == picture.file && p.folder == picture.folder);
                 let Some((_, image)) = found else { return 255 };
                 let value = scaled_texel(image, [x, y], [width, height]).get(own).copied().unwrap_or(255);
                 // Scales of colours are in the factor.
@@ -345,7 +365,8 @@ impl<'m, 'c> Maker<'m, 'c> {
                 (f64::from(value) * scale + bias * 255.0 + 0.5) as u8
             })
         };
-        let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
+        let texels =
+            (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
         let image = Image::new(width, height, texels).map_err(LoadError::scene("USD: texture"))?;
         Ok(Some(Texture::new(Arc::new(image), space, alpha, main.sampler)))
     }

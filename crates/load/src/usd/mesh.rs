@@ -107,7 +107,8 @@ impl<'p> Geometry<'p> {
         let points = prim.value("points").map(|v| v.tuples()).unwrap_or_default();
         let (counts, corners) = (ints("faceVertexCounts"), ints("faceVertexIndices"));
         let sizes = Counts([points.len(), counts.len(), corners.len()]);
-        let normals = Values::read(prim, "primvars:normals", sizes).or_else(|| Values::read(prim, "normals", sizes));
+        let normals =
+            Values::read(prim, "primvars:normals", sizes).or_else(|| Values::read(prim, "normals", sizes));
         let scheme = prim.text("subdivisionScheme");
         Self {
             prim,
@@ -144,8 +145,10 @@ impl<'p> Geometry<'p> {
         let sizes = self.sizes();
         let uv = |name: &Option<String>| Values::<2>::read(self.prim, &primvar(name.as_ref()?), sizes);
         let uvs = reads.uvs.each_ref().map(uv);
-        let colors = reads.color.as_ref().and_then(|name| Values::<3>::read(self.prim, &primvar(name), sizes));
-        let opacities = colors.as_ref().and_then(|_| Values::<1>::read(self.prim, "primvars:displayOpacity", sizes));
+        let colors =
+            reads.color.as_ref().and_then(|name| Values::<3>::read(self.prim, &primvar(name), sizes));
+        let opacities =
+            colors.as_ref().and_then(|_| Values::<1>::read(self.prim, "primvars:displayOpacity", sizes));
         let mut vertices = Variants::new(self.points.len(), SEARCHED);
         let mut triangulator = Triangulator::default();
         let mut data = MeshData::default();

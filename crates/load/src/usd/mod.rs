@@ -77,7 +77,8 @@ fn read(bytes: &[u8], context: &Context<'_>, loading: TextureLoading) -> Result<
     layer.name = context.resolver.model_name().unwrap_or_default().to_owned();
     let stage = Stage::new(files, layer)?;
     // Centimetres and +Y without a word.
-    let unit = stage.setting(|layer| layer.meters_per_unit).filter(|&v| v > 0.0 && v.is_finite()).unwrap_or(0.01);
+    let unit =
+        stage.setting(|layer| layer.meters_per_unit).filter(|&v| v > 0.0 && v.is_finite()).unwrap_or(0.01);
     let up = match stage.setting(|layer| layer.up.clone()).as_deref() {
         Some("Z") => Axis::PositiveZ,
         _ => Axis::PositiveY,

@@ -45,7 +45,8 @@ impl Stage<'_> {
     pub(super) fn surface(&mut self, material: &Composed) -> Result<Option<Rc<Composed>>, LoadError> {
         let mut other = None;
         let names = material.property_names();
-        let outputs = names.into_iter().filter(|name| name.starts_with("outputs:") && name.ends_with("surface"));
+        let outputs =
+            names.into_iter().filter(|name| name.starts_with("outputs:") && name.ends_with("surface"));
         let mut outputs: Vec<&str> = outputs.collect();
         // The universal one first.
         outputs.sort_by_key(|name| *name != "outputs:surface");
@@ -120,8 +121,12 @@ impl Stage<'_> {
             return Ok(own_value(shader.property(&property)));
         };
         if source.type_name() != "Shader" {
-            return Ok(own_value(source.property(&output).filter(|found| found.value.is_some())
-                .or_else(|| shader.property(&property))));
+            return Ok(own_value(
+                source
+                    .property(&output)
+                    .filter(|found| found.value.is_some())
+                    .or_else(|| shader.property(&property)),
+            ));
         }
         let id = source.text("info:id").unwrap_or_default();
         match id.as_str() {
@@ -134,7 +139,8 @@ impl Stage<'_> {
             }
             id => {
                 let (id, path) = (quoted(id.as_bytes()), quoted(shader.path.as_bytes()));
-                self.files.say(|| format!("{FORMAT}: {name} of shader {path} is left out: {id} is not drawn"));
+                self.files
+                    .say(|| format!("{FORMAT}: {name} of shader {path} is left out: {id} is not drawn"));
                 Ok(own_value(shader.property(&property)))
             }
         }
@@ -177,7 +183,9 @@ impl Stage<'_> {
     /// Transform and primvar of the coordinates of a texture.
     fn coordinates(&mut self, shader: &Composed) -> Result<(UvTransform, Option<String>), LoadError> {
         let mut transform = UvTransform::IDENTITY;
-        let Some((mut source, _)) = self.connected(shader, "inputs:st")? else { return Ok((transform, None)) };
+        let Some((mut source, _)) = self.connected(shader, "inputs:st")? else {
+            return Ok((transform, None));
+        };
         if source.text("info:id").as_deref() == Some("UsdTransform2d") {
             let two = |list: Vec<f64>, default: f64| list.first_chunk().copied().unwrap_or([default; 2]);
             let rotation = self.plain_numbers(&source, "inputs:rotation")?.first().copied().unwrap_or(0.0);

@@ -2,6 +2,7 @@
 
 use super::FORMAT;
 use super::compose::{Composed, Stage};
+use super::layer::check_depth;
 use super::look::{Look, Maker, Textures};
 use super::mesh::{Geometry, Reads, display_color, element, of_shape, uv_name};
 use super::{shapes, xform};
@@ -32,7 +33,6 @@ struct Builder<'c> {
     /// `None` for meshes without triangles.
     meshes: BTreeMap<MeshKey, Option<MeshId>>,
     visits: u64,
-    /// Triangles so far, those of instances counted as often as they are drawn.
     is_animated: bool,
     skipped: BTreeSet<String>,
 }
@@ -90,7 +90,7 @@ impl Builder<'_> {
     fn visit(&mut self, depth: u64) -> Result<(), LoadError> {
         self.visits = self.visits.saturating_add(1);
         let limits = self.stage.files.context.limits;
-        Limits::check(|| format!("{FORMAT}: the depth of prims"), depth, limits.depth, "depth")?;
+        check_depth("prims", depth, limits)?;
         Limits::check(|| format!("{FORMAT}: the number of prims"), self.visits, limits.nodes, "nodes")?;
         Ok(())
     }
@@ -130,7 +130,9 @@ impl Builder<'_> {
             "Mesh" => self.mesh(prim, &state)?,
             "PointInstancer" => return self.instancer(prim, &state, unit),
             // Their own subtrees have no shapes.
-            "Material" | "Shader" | "NodeGraph" | "GeomSubset" | "Skeleton" | "SkelAnimation" => return Ok(()),
+            "Material" | "Shader" | "NodeGraph" | "GeomSubset" | "Skeleton" | "SkelAnimation" => {
+                return Ok(());
+            }
             "" | "Scope" | "Xform" | "SkelRoot" | "Camera" => {}
             name => match shapes::of(prim, name) {
                 Some(shape) => self.shape(prim, shape, &state)?,
@@ -147,7 +149,12 @@ impl Builder<'_> {
         Ok(())
     }
 
-    fn shape(&mut self, prim: &Rc<Composed>, shape: shapes::Shape, state: &Inherited) -> Result<(), LoadError> {
+    fn shape(
+        &mut self,
+        prim: &Rc<Composed>,
+        shape: shapes::Shape,
+        state: &Inherited,
+    ) -> Result<(), LoadError> {
         let (look, reads) = self.look(prim, state.material.as_deref())?;
         let material = self.material(look, prim, true)?;
         let key = (prim.identity(), reads.clone(), 0);
@@ -174,7 +181,12 @@ impl Builder<'_> {
         Ok(())
     }
 
-    fn add_mesh(&mut self, prim: &Composed, key: MeshKey, data: MeshData) -> Result<Option<MeshId>, LoadError> {
+    fn add_mesh(
+        &mut self,
+        prim: &Composed,
+        key: MeshKey,
+        data: MeshData,
+    ) -> Result<Option<MeshId>, LoadError> {
         let mesh = if data.triangles.is_empty() {
             None
         } else {
@@ -218,7 +230,8 @@ impl Builder<'_> {
             self.stage.files.say(|| format!("{FORMAT}: skins are drawn at rest"));
         }
         let is_double = prim.value("doubleSided").is_some_and(|v| v.ints().first().is_some_and(|&v| v != 0));
-        let all = std::iter::once(state.material.clone()).chain(parts.into_iter().map(|(material, _)| material));
+        let all =
+            std::iter::once(state.material.clone()).chain(parts.into_iter().map(|(material, _)| material));
         for (number, material) in all.enumerate() {
             let (look, reads) = self.look(prim, material.as_deref())?;
             let key = (prim.identity(), reads.clone(), number);
@@ -238,9 +251,9 @@ impl Builder<'_> {
         if geometry.bad > 0 {
             let bad = counted(geometry.bad, "polygon");
             let element = element(prim);
-            self.stage.files.say(|| {
-                format!("{element}: {bad} left out: vertices missing, not finite or beyond 1e15")
-            });
+            self.stage
+                .files
+                .say(|| format!("{element}: {bad} left out: vertices missing, not finite or beyond 1e15"));
         }
         Ok(())
     }
@@ -252,7 +265,8 @@ impl Builder<'_> {
         {
             let found = match self.stage.at(path)? {
                 Some(of) => {
-                    let maker = Maker::new(&mut self.stage, &mut self.scene, &mut self.textures, self.loading);
+                    let maker =
+                        Maker::new(&mut self.stage, &mut self.scene, &mut self.textures, self.loading);
                     maker.look(&of)?
                 }
                 None => {
@@ -281,7 +295,12 @@ impl Builder<'_> {
     }
 
     /// The material of a look, or that of a prim without.
-    fn material(&mut self, look: Option<String>, prim: &Composed, is_double: bool) -> Result<MaterialId, LoadError> {
+    fn material(
+        &mut self,
+        look: Option<String>,
+        prim: &Composed,
+        is_double: bool,
+    ) -> Result<MaterialId, LoadError> {
         let (has_colors, is_translucent) = display_color(prim);
         let key = match &look {
             Some(path) => format!("{path} {is_double}"),
@@ -305,7 +324,12 @@ impl Builder<'_> {
     }
 
     /// Draws the prototypes of an instancer at its points (UsdGeomPointInstancer).
-    fn instancer(&mut self, prim: &Rc<Composed>, state: &Inherited, unit: &Transform) -> Result<(), LoadError> {
+    fn instancer(
+        &mut self,
+        prim: &Rc<Composed>,
+        state: &Inherited,
+        unit: &Transform,
+    ) -> Result<(), LoadError> {
         if state.nested >= NESTED {
             self.stage.files.say(|| format!("{FORMAT}: instancers in too many others are left out"));
             return Ok(());
@@ -318,11 +342,14 @@ impl Builder<'_> {
         let tuples = |name: &str| prim.value(name);
         let indices = tuples("protoIndices").map(|v| v.ints().to_vec()).unwrap_or_default();
         let positions: Vec<[f32; 3]> = tuples("positions").map(|v| v.tuples()).unwrap_or_default();
-        let rotations: Vec<[f32; 4]> =
-            tuples("orientations").or_else(|| tuples("orientationsf")).map(|v| v.tuples()).unwrap_or_default();
+        let rotations: Vec<[f32; 4]> = tuples("orientations")
+            .or_else(|| tuples("orientationsf"))
+            .map(|v| v.tuples())
+            .unwrap_or_default();
         let scales: Vec<[f32; 3]> = tuples("scales").map(|v| v.tuples()).unwrap_or_default();
         let ids = tuples("ids").map(|v| v.ints().to_vec()).unwrap_or_default();
-        let hidden: BTreeSet<i32> = tuples("invisibleIds").map(|v| v.ints().iter().copied().collect()).unwrap_or_default();
+        let hidden: BTreeSet<i32> =
+            tuples("invisibleIds").map(|v| v.ints().iter().copied().collect()).unwrap_or_default();
         let mut inner = state.clone();
         inner.nested = state.nested.saturating_add(1);
         for (k, (&index, position)) in indices.iter().zip(positions).enumerate() {

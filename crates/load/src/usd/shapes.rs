@@ -49,7 +49,11 @@ impl Shape {
                 let (sin, cos) = sin_cos(TAU * u);
                 let rows = profile.len().saturating_sub(1).max(1) as f64;
                 let v = (out.points.len() as u32 / columns) as f64 / rows;
-                out.vertex([radius * cos, radius * sin, *height], [out_ward * cos, out_ward * sin, *up], [u, v]);
+                out.vertex(
+                    [radius * cos, radius * sin, *height],
+                    [out_ward * cos, out_ward * sin, *up],
+                    [u, v],
+                );
             }
         }
         for (row, pair) in profile.windows(2).enumerate() {
@@ -115,7 +119,11 @@ pub(super) fn of(prim: &Composed, type_name: &str) -> Option<Shape> {
             for axis in ["X", "Y", "Z"] {
                 for side in [1.0, -1.0] {
                     let mut face = Shape::default();
-                    face.rectangle([0.0, 0.0, side * h], [[h, 0.0, 0.0], [0.0, side * h, 0.0]], [0.0, 0.0, side]);
+                    face.rectangle(
+                        [0.0, 0.0, side * h],
+                        [[h, 0.0, 0.0], [0.0, side * h, 0.0]],
+                        [0.0, 0.0, side],
+                    );
                     let first = cube.points.len() as u32;
                     let face = face.along(axis);
                     cube.points.extend(face.points);

@@ -4,12 +4,11 @@
 //! passed over; what cannot be read at all ends the file there, with a warning.
 
 use super::FORMAT;
-use super::layer::{Layer, Prim, Property, Reference, Specifier, Value, absolute, joined};
+use super::layer::{Layer, Prim, Property, Reference, Specifier, Value, absolute, check_depth, joined};
 use crate::budget::Budget;
 use crate::text::{line_of, without_mark};
 use crate::warnings::Warnings;
 use crate::{Context, LoadError};
-use overcoat_core::limits::Limits;
 use std::rc::Rc;
 
 /// Bytes that a prim or property takes beside its values.
@@ -33,7 +32,8 @@ pub(super) fn read(
             if layer.root.children.is_empty() {
                 return Err(LoadError::malformed(FORMAT, format!("line {line} cannot be read")));
             }
-            warnings.add(|| format!("{FORMAT}: line {line} cannot be read; what is complete before it is drawn"));
+            warnings
+                .add(|| format!("{FORMAT}: line {line} cannot be read; what is complete before it is drawn"));
         }
     }
     Ok(layer)
@@ -181,9 +181,7 @@ impl<'a> Parser<'a, '_> {
     }
 
     fn depth(&self, depth: u64) -> Parsed<()> {
-        let limit = self.context.limits.depth;
-        Limits::check(|| format!("{FORMAT}: the depth of prims or values"), depth, limit, "depth")?;
-        Ok(())
+        Ok(check_depth("prims or values", depth, self.context.limits)?)
     }
 
     /// Counts a prim or property.
