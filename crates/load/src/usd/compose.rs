@@ -25,7 +25,7 @@ struct Step {
     stack: usize,
     from: String,
     to: String,
-    /// What is outside of the prim stays where it is: arcs within one layer stack.
+    /// Arc within one layer stack: paths outside of the prim stay as they are.
     is_internal: bool,
 }
 
@@ -197,7 +197,7 @@ impl<'c> Stage<'c> {
 
     /// Says what a layer of the root says about all.
     pub(super) fn setting<T>(&self, of: impl Fn(&Layer) -> Option<T>) -> Option<T> {
-        // That of sublayers has no effect.
+        // Settings of sublayers have no effect.
         self.stacks.first()?.first().and_then(|layer| of(layer))
     }
 

@@ -266,7 +266,7 @@ impl<'a> File<'a, '_> {
         Ok(())
     }
 
-    /// As files before version 0.4 have them.
+    /// Reads the tree of files before version 0.4.
     fn read_plain_paths(&mut self, mut at: Bytes<'a>, all: u64) -> Result<(), LoadError> {
         let what = "the table of paths";
         let error = || damaged(what);

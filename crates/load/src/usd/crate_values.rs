@@ -111,7 +111,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// How numbers of a type are stored.
+/// Storage of numbers.
 #[derive(Clone, Copy, PartialEq)]
 enum Store {
     Byte,

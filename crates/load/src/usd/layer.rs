@@ -147,7 +147,7 @@ impl<T: Clone + Ord> ListOp<T> {
         }
     }
 
-    /// The same with other items; those without are left out.
+    /// Puts other items in the place of these; `None` leaves one out.
     pub(super) fn map<U>(&self, item: impl Fn(&T) -> Option<U>) -> ListOp<U> {
         let map = |list: &Vec<T>| list.iter().filter_map(&item).collect();
         ListOp {

@@ -2,7 +2,7 @@
 
 use super::FORMAT;
 use super::compose::{Composed, Stage};
-use super::mesh::Reads;
+use super::mesh::{Reads, unit};
 use super::network::{Picture, Source};
 use crate::encoded_image::{EncodedImage, warn_of_reduced};
 use crate::image::scaled_texel;
@@ -405,9 +405,4 @@ impl<'m, 'c> Maker<'m, 'c> {
 
 fn has_no_scale(picture: &Picture, channel: usize) -> bool {
     picture.scale.get(channel) == Some(&1.0) && picture.bias.get(channel) == Some(&0.0)
-}
-
-/// 0 to 1; NaN becomes 0.
-fn unit(v: f32) -> f32 {
-    if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
 }

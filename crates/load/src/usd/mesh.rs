@@ -241,7 +241,7 @@ fn primvar(name: &str) -> String {
 }
 
 /// 0 to 1; NaN becomes 0.
-fn unit(v: f32) -> f32 {
+pub(super) fn unit(v: f32) -> f32 {
     if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
 }
 

@@ -119,7 +119,7 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// What is in front of an ending, which is passed over.
+    /// Takes the bytes in front of an ending, and passes over that.
     fn until(&mut self, end: &[u8]) -> Parsed<&'a [u8]> {
         let at = self.rest.windows(end.len()).position(|window| window == end).ok_or(Stop::Syntax)?;
         let (text, rest) = self.rest.split_at_checked(at).ok_or(Stop::Syntax)?;
@@ -244,7 +244,7 @@ impl<'a> Parser<'a, '_> {
             || matches!(out, Value::Floats(list) if list.len() == list.capacity())
             || matches!(out, Value::Doubles(list) if list.len() == list.capacity())
         {
-            // As much as it grows by.
+            // Room is granted before the list grows.
             let size = out.size().max(32);
             self.budget.charge(|| format!("{FORMAT}: values"), size, 1)?;
         }
@@ -407,7 +407,7 @@ impl<'a> Parser<'a, '_> {
         let path = joined(path, &name);
         prim.name = name;
         let read = self.inside(&mut prim, &path, depth);
-        // What is complete counts where the rest cannot be read.
+        // Complete prims count where the rest cannot be read.
         if matches!(read, Ok(()) | Err(Stop::Syntax)) {
             parent.children.push(Rc::new(prim));
         }
