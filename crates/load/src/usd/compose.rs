@@ -60,13 +60,15 @@ impl Site {
     }
 }
 
+/// Prims in order, and their places by name.
+type Children = (Vec<Rc<Composed>>, BTreeMap<String, usize>);
+
 /// A prim of the stage.
 #[derive(Debug)]
 pub(super) struct Composed {
     pub(super) path: String,
     sites: Vec<Site>,
-    /// In order, and their places by name.
-    children: OnceCell<(Vec<Rc<Composed>>, BTreeMap<String, usize>)>,
+    children: OnceCell<Children>,
 }
 
 /// Opinion on a property.
@@ -297,7 +299,7 @@ impl<'c> Stage<'c> {
         out: &mut Vec<Site>,
         active: &mut Vec<(usize, String)>,
     ) -> Result<(), LoadError> {
-        let size = (site.path.len() as u64).saturating_add(128).saturating_add(site.steps.len() as u64 * 8);
+        let size = (site.path.len() as u64).saturating_add(128).saturating_add(site.steps.len() as u64);
         self.files.budget.charge(|| format!("{FORMAT}: composed prims"), size, 1)?;
         for (set, chosen) in site.specs.iter().flat_map(|(_, spec)| &spec.selections) {
             selections.entry(set.clone()).or_insert_with(|| chosen.clone());

@@ -43,15 +43,15 @@ impl Shape {
     fn turned(profile: &[([f64; 2], [f64; 2])]) -> Self {
         let mut out = Self::default();
         let columns = AROUND.saturating_add(1);
-        for ([radius, height], [out_ward, up]) in profile {
+        for (row, ([radius, height], [outward, up])) in profile.iter().enumerate() {
             for k in 0..columns {
                 let u = f64::from(k) / f64::from(AROUND);
                 let (sin, cos) = sin_cos(TAU * u);
                 let rows = profile.len().saturating_sub(1).max(1) as f64;
-                let v = (out.points.len() as u32 / columns) as f64 / rows;
+                let v = row as f64 / rows;
                 out.vertex(
                     [radius * cos, radius * sin, *height],
-                    [out_ward * cos, out_ward * sin, *up],
+                    [outward * cos, outward * sin, *up],
                     [u, v],
                 );
             }
