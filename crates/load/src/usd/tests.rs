@@ -184,7 +184,7 @@ fn stronger_opinions_win() {
     let missing = read("def \"R\" ( references = @gone.usda@ ) {}");
     assert_eq!(x(&missing), [0.0; 0]);
     assert!(
-        warnings(&missing)[0].starts_with("USD: layer \"gone.usda\" is left out"),
+        warnings(&missing)[0].starts_with("USD: layer 'gone.usda' is left out"),
         "{:?}",
         missing.warnings
     );
@@ -385,5 +385,5 @@ fn texts_are_read_tolerantly() {
     // Up to what cannot be read.
     let cut = load(format!("{odd}def Mesh \"N\" {{ ! }}").as_bytes(), Format::Usd).unwrap();
     assert_eq!(cut.scene.triangle_count(), 1);
-    assert!(warnings(&cut).iter().any(|w| w.contains("line 11 cannot be read")), "{:?}", cut.warnings);
+    assert!(warnings(&cut).iter().any(|w| w.contains("line 13 cannot be read")), "{:?}", cut.warnings);
 }
