@@ -134,6 +134,19 @@ fn fbx() -> Vec<u8> {
     .into_bytes()
 }
 
+fn usd() -> Vec<u8> {
+    let points: Vec<String> = VERTICES.iter().map(|[x, y, z]| format!("({x}, {y}, {z})")).collect();
+    let indices: Vec<String> = TRIANGLES.as_flattened().iter().map(usize::to_string).collect();
+    format!(
+        "#usda 1.0\n(\n    metersPerUnit = 1\n)\ndef Mesh \"m\" {{\n    uniform token subdivisionScheme = \"none\"\n    \
+         int[] faceVertexCounts = [{}]\n    int[] faceVertexIndices = [{}]\n    point3f[] points = [{}]\n}}\n",
+        ["3"; 8].join(", "),
+        indices.join(", "),
+        points.join(", ")
+    )
+    .into_bytes()
+}
+
 /// The model part of a 3MF file.
 fn threemf_model() -> String {
     let mut text = "<?xml version=\"1.0\"?>\n<model unit=\"inch\" \
@@ -208,6 +221,7 @@ fn one_shape_is_the_same_in_every_format() {
         (off(), Format::Off),
         (collada(), Format::Collada),
         (fbx(), Format::Fbx),
+        (usd(), Format::Usd),
     ] {
         assert_eq!(Format::detect(&bytes), Some(format));
         let loaded = load(&bytes, format).unwrap();
@@ -293,6 +307,7 @@ fn seeds() -> Vec<(Vec<u8>, Option<Format>)> {
         (off(), Some(Format::Off)),
         (collada(), Some(Format::Collada)),
         (fbx(), Some(Format::Fbx)),
+        (usd(), Some(Format::Usd)),
         (hdr(), None),
         (exr(), None),
     ]

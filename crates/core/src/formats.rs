@@ -58,6 +58,8 @@ pub const VOX: FileFormat = format("VOX", &["vox"], "model/x-vox");
 pub const THREE_DS: FileFormat = format("3DS", &["3ds"], "model/x-3ds");
 /// Scenes of Autodesk's exchange format.
 pub const FBX: FileFormat = format("FBX", &["fbx"], "model/x-fbx");
+/// Universal Scene Description: package, binary, text.
+pub const USD: FileFormat = format("USD", &["usdz", "usdc", "usda", "usd"], "model/vnd.usdz+zip");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

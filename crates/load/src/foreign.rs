@@ -4,10 +4,8 @@ use std::borrow::Cow;
 
 /// First bytes of files in other formats, and the name for messages: common model formats first, then containers and
 /// files that are mistaken for models.
-const BEGINNINGS: [(&[u8], &str); 41] = [
+const BEGINNINGS: [(&[u8], &str); 39] = [
     (b"BLENDER", "a Blender file"),
-    (b"PXR-USDC", "a USD file"),
-    (b"#usda", "a USD file"),
     (b"ISO-10303-21", "a STEP file"),
     (b"#VRML", "a VRML file"),
     (b"#X3D", "an X3D file"),
@@ -107,9 +105,6 @@ fn packed(bytes: &[u8]) -> Cow<'static, str> {
     let names = archive::names(bytes, 4096);
     let ends = |end: &str| names.iter().any(|name| name.ends_with(end));
     let Some(first) = names.first() else { return "a ZIP archive that is damaged or not complete".into() };
-    if first.ends_with(".usdc") || first.ends_with(".usda") || first.ends_with(".usd") {
-        return "a USDZ file".into();
-    }
     if first.ends_with(".amf") {
         return "an AMF file".into();
     }
@@ -132,9 +127,8 @@ mod tests {
         iges[72..80].copy_from_slice(b"S      1");
         let mut tar = [0; 512];
         tar[257..262].copy_from_slice(b"ustar");
-        let cases: [(&[u8], &str); 12] = [
+        let cases: [(&[u8], &str); 11] = [
             (b"BLENDER-v300", "a Blender file"),
-            (b"#usda 1.0\n", "a USD file"),
             (b"ISO-10303-21;\nHEADER;", "a STEP file"),
             (b"\x1f\x8b\x08\0", "compressed by gzip: unpack it first"),
             (b"PK\x03\x04\0\0", "a ZIP archive that is damaged or not complete"),

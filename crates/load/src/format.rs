@@ -3,7 +3,7 @@ use super::archive;
 use super::gltf;
 use super::text::{is_text, without_mark};
 #[cfg(feature = "more-models")]
-use super::{fbx, off, scans, splats, three_ds};
+use super::{fbx, off, scans, splats, three_ds, usd};
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_scene::{Axis, Orientation};
 
@@ -47,6 +47,8 @@ pub enum Format {
     ThreeDs,
     /// Scenes of Autodesk's exchange format, binary or as text.
     Fbx,
+    /// Universal Scene Description.
+    Usd,
 }
 
 impl Format {
@@ -70,6 +72,7 @@ impl Format {
         Self::Vox,
         Self::ThreeDs,
         Self::Fbx,
+        Self::Usd,
     ];
 
     /// Its name in messages.
@@ -93,6 +96,7 @@ impl Format {
             Self::Vox => "VOX",
             Self::ThreeDs => "3DS",
             Self::Fbx => "FBX",
+            Self::Usd => "USD",
         }
     }
 
@@ -118,6 +122,7 @@ impl Format {
             Self::Vox => formats::VOX,
             Self::ThreeDs => formats::THREE_DS,
             Self::Fbx => formats::FBX,
+            Self::Usd => formats::USD,
         }
     }
 
@@ -141,7 +146,9 @@ impl Format {
             Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
             Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
             Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
-            Self::Obj | Self::Collada | Self::Ply | Self::Off | Self::Spz => of(Axis::PositiveY, false),
+            Self::Obj | Self::Collada | Self::Usd | Self::Ply | Self::Off | Self::Spz => {
+                of(Axis::PositiveY, false)
+            }
         }
     }
 
@@ -204,7 +211,12 @@ impl Format {
         }
         if bytes.starts_with(archive::MAGIC) {
             let is_model = |name: &String| name.ends_with(".model");
-            return archive::names(bytes, 4096).iter().any(is_model).then_some(Self::ThreeMf);
+            let names = archive::names(bytes, 4096);
+            #[cfg(feature = "more-models")]
+            if usd::is_package(&names) {
+                return Some(Self::Usd);
+            }
+            return names.iter().any(is_model).then_some(Self::ThreeMf);
         }
         #[cfg(feature = "more-models")]
         if splats::ksplat::is_one(bytes) {
@@ -213,6 +225,8 @@ impl Format {
             return Some(Self::ThreeDs);
         } else if fbx::is_one(bytes) {
             return Some(Self::Fbx);
+        } else if usd::is_layer(bytes) {
+            return Some(Self::Usd);
         }
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = text.trim_ascii_start();

@@ -91,6 +91,8 @@ mod three_ds;
 #[cfg(feature = "3mf")]
 mod threemf;
 mod upright;
+#[cfg(feature = "more-models")]
+mod usd;
 mod utf16;
 mod vertices;
 #[cfg(feature = "more-models")]
@@ -496,6 +498,8 @@ fn read_meshes(
         Format::Fbx => fbx::load(bytes, context, options.textures),
         #[cfg(feature = "more-models")]
         Format::ThreeDs => three_ds::load(bytes, context, options.textures),
+        #[cfg(feature = "more-models")]
+        Format::Usd => usd::load(bytes, context, options.textures),
         _ => {
             let _ = (bytes, options, context);
             Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT))

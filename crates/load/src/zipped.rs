@@ -55,7 +55,7 @@ pub(super) fn read(
         return Err(LoadError::unsupported(FORMAT, message));
     }
     let named = name.rsplit_once('.').and_then(|(_, extension)| Format::from_extension(extension));
-    let resolver = ZipResolver { archive, model: name, budget: Mutex::new(budget) };
+    let resolver = ZipResolver::new(archive, name, budget);
     let inner = Context { resolver: &resolver, limits, jobs: context.jobs };
     let (mut model, format) = read_unpacked(&content, Claim { said: None, named }, options, purpose, &inner)?;
     warnings.finish().into_iter().for_each(|warning| model.warn(warning));
@@ -99,7 +99,7 @@ fn is_model(name: &str) -> bool {
 
 /// Resolves to the parts of an archive, relative to the model in it and never out of it.
 #[derive(Debug)]
-struct ZipResolver<'a> {
+pub(super) struct ZipResolver<'a> {
     archive: Archive<'a>,
     /// Name of the model.
     model: String,
@@ -107,7 +107,12 @@ struct ZipResolver<'a> {
     budget: Mutex<Budget>,
 }
 
-impl ZipResolver<'_> {
+impl<'a> ZipResolver<'a> {
+    /// For the parts beside a model.
+    pub(super) fn new(archive: Archive<'a>, model: String, budget: Budget) -> Self {
+        Self { archive, model, budget: Mutex::new(budget) }
+    }
+
     /// The part that a reference of the model stands for.
     fn place(&self, name: &str) -> Result<String, ResolveError> {
         let outside = || ResolveError::Outside(name.to_owned());

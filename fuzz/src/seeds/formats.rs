@@ -1,7 +1,7 @@
 //! Seeds of the target `formats`: an extension on a line, and a file of that format.
 
 /// Texts.
-const TEXTS: [(&str, &str); 7] = [
+const TEXTS: [(&str, &str); 8] = [
     (
         "off",
         "off\nSTCNOFF\n4 2 0 # counts\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0\n1 1 0 0 0 1 0 0 1.0\n0 1 0 0 0 1 0.5 1 1\n4 0 1 2 3\n3 0 1 2 255 0 0\n",
@@ -22,6 +22,10 @@ const TEXTS: [(&str, &str); 7] = [
     (
         "fbx",
         "fbx\n; FBX 7.4.0 project file\nFBXHeaderExtension: {\n FBXVersion: 7400\n}\nGlobalSettings: {\n Properties70: {\n P: \"UpAxis\", \"int\", \"Integer\", \"\",2\n }\n}\nObjects: {\n Geometry: 1, \"Geometry::\", \"Mesh\" {\n Vertices: *12 {\n a: 0,0,0,1,0,0,1,1,0,0,1,0\n }\n PolygonVertexIndex: *4 {\n a: 0,1,2,-4\n }\n LayerElementUV: 0 {\n MappingInformationType: \"ByPolygonVertex\"\n ReferenceInformationType: \"IndexToDirect\"\n UV: *4 {\n a: 0,0,1,1\n }\n UVIndex: *4 {\n a: 0,1,0,1\n }\n }\n }\n Model: 2, \"Model::m\", \"Mesh\" {\n Properties70: {\n P: \"Lcl Rotation\", \"Lcl Rotation\", \"\", \"A\",90,0,5\n P: \"InheritType\", \"enum\", \"\", \"\",2\n }\n }\n Material: 3, \"Material::a\", \"\" {\n Properties70: {\n P: \"DiffuseColor\", \"Color\", \"\", \"A\",1,0,0.5\n P: \"TransparencyFactor\", \"Number\", \"\", \"A\",0.5\n }\n }\n Deformer: 4, \"Deformer::\", \"Skin\" {\n }\n Deformer: 5, \"SubDeformer::\", \"Cluster\" {\n Indexes: *1 {\n a: 0\n }\n Weights: *1 {\n a: 1\n }\n Transform: *16 {\n a: 1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1\n }\n }\n}\nConnections: {\n C: \"OO\",2,0\n C: \"OO\",1,2\n C: \"OO\",3,2\n C: \"OO\",4,1\n C: \"OO\",5,4\n C: \"OO\",2,5\n}\n",
+    ),
+    (
+        "usda",
+        "usda\n#usda 1.0\n( defaultPrim = \"a\" metersPerUnit = 1 upAxis = \"Z\" subLayers = [ @b.usda@ ] )\nclass \"c\" { token purpose = \"render\" }\ndef Mesh \"m\" ( inherits = </c> references = @b.usda@</a> variants = { string v = \"x\" } ) {\nint[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\npoint3f[] points.timeSamples = { 0: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], }\ntexCoord2f[] primvars:st = [(0, 0), (1, 1)] ( interpolation = \"faceVarying\" )\nint[] primvars:st:indices = [0, 1, 0, 1]\ndouble3 xformOp:rotateXYZ = (0, 90, 0)\nquatf xformOp:orient = (1, 0, 0, 0)\nuniform token[] xformOpOrder = [\"xformOp:rotateXYZ\", \"!invert!xformOp:orient\"]\nrel material:binding = </n>\nvariantSet \"v\" = { \"x\" { def GeomSubset \"s\" { int[] indices = [0] rel material:binding = </n> } } }\n}\ndef Material \"n\" { token outputs:surface.connect = </n/s.outputs:surface>\ndef Shader \"s\" { uniform token info:id = \"UsdPreviewSurface\" float inputs:roughness.connect = </n/t.outputs:g> }\ndef Shader \"t\" { uniform token info:id = \"UsdUVTexture\" asset inputs:file = @t.png@ } }\ndef PointInstancer \"p\" { rel prototypes = [ </m>, </k> ] int[] protoIndices = [0, 1] point3f[] positions = [(0, 0, 0), (1, 0, 0)] }\ndef Capsule \"k\" { double radius = 2 }\n",
     ),
     ("ksplat", "ksplat\n\0\u{1}\0\0\u{1}\0\0\0"),
 ];

@@ -13,8 +13,6 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"MM\0*", "a TIFF picture"),
     (b"%PDF", "a PDF document"),
     (b"BLENDER", "a Blender file"),
-    (b"PXR-USDC", "a USD file"),
-    (b"#usda", "a USD file"),
     (b"ISO-10303-21", "a STEP file"),
     (b"<?xml", "an XML file"),
     (b"<!DOCTYPE", "an HTML page"),

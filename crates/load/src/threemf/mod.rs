@@ -364,4 +364,4 @@ impl Builder<'_> {
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
-pub(crate) use tests::zip;
+pub(crate) use tests::{png, zip};

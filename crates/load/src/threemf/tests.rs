@@ -177,7 +177,7 @@ fn parts_refer_to_other_parts() {
     assert_eq!(error, "3MF: part '/3D/Objects/o.model' does not exist");
 }
 
-fn png(texels: &[[u8; 4]], width: u32) -> Vec<u8> {
+pub(crate) fn png(texels: &[[u8; 4]], width: u32) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, texels.len() as u32 / width);
     encoder.set_color(png::ColorType::Rgba);
