@@ -67,6 +67,8 @@ impl<'m, 'c> Maker<'m, 'c> {
         let Some(shader) = self.stage.surface(of)? else { return Ok(None) };
         let shader = &*shader;
         let mut material = Material { name: of.name().to_owned(), ..Material::default() };
+        // The clear coat of UsdPreviewSurface returns nothing to the base.
+        material.lobes.coat.darkening = 0.0;
         self.base(shader, &mut material)?;
         self.reflection(shader, &mut material)?;
         self.details(shader, &mut material)?;
