@@ -18,7 +18,7 @@ impl TexturedMaterial {
     /// only material, may change that and add textures.
     ///
     /// # Errors
-    /// Those of `lay`; `refused` makes one of a material that no scene takes.
+    /// Errors of `lay`; `refused` makes one of a material that no scene takes.
     pub fn lay<E>(
         textures: &[Texture],
         over: Material,

@@ -67,7 +67,7 @@ impl<T: Copy + PartialEq> Variants<T> {
 /// Calls `take` with the part of a mesh that each of so many groups of its triangles is.
 ///
 /// # Errors
-/// Those of `take`.
+/// Errors of `take`.
 pub(super) fn split<E>(
     whole: &MeshData,
     groups: &Grouped,

@@ -207,7 +207,7 @@ impl<'r> Document<'r> {
                 let id = record.integer(place).map(Id::Number);
                 id.or_else(|| record.text(place).map(Id::Name)).and_then(|id| numbers.get(&id).copied())
             };
-            // Those of the root, and of objects that the file does not have, have no effect.
+            // Connections to the root, and to objects that the file does not have, have no effect.
             let (Some(from), Some(to)) = (of(1), of(2)) else { continue };
             budget.charge(|| format!("{FORMAT}: the list of connections"), 1, 32)?;
             if let Some(object) = self.objects.get_mut(to) {
@@ -222,7 +222,7 @@ impl<'r> Document<'r> {
         self.linked_within(number, kind, usize::MAX)
     }
 
-    /// As [`Self::linked`], of an object that others share: a file of many of both is not looked through many times.
+    /// [`Self::linked`] for an object that others share: a file of many of both is not looked through many times.
     pub(super) fn linked_few(&self, number: usize, kind: Kind) -> impl Iterator<Item = (usize, &Object<'r>)> {
         self.linked_within(number, kind, SHARED)
     }

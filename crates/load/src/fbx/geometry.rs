@@ -27,7 +27,7 @@ pub(super) struct Geometry {
     pub(super) points: usize,
 }
 
-/// Which element belongs to a corner.
+/// Choice of the element that belongs to a corner.
 #[derive(Clone, Copy, Debug)]
 enum Mapping {
     Corner,

@@ -44,7 +44,7 @@ pub(super) fn stands(document: &Document<'_>) -> Vec<Option<Stand>> {
         }
         let is_choice = is_lod_group(document, number, object);
         let own = children(document, object).filter(|&child| parents.get(child) == Some(&Some(number)));
-        // Of a group of levels of detail the first is the finest.
+        // The first of a group of levels of detail is the finest.
         left.extend(
             own.enumerate()
                 .map(|(k, child)| (child, Stand { is_shown: is_shown && !(is_choice && k > 0), ..stand })),

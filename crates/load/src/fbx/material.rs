@@ -104,7 +104,7 @@ fn unit(v: f32) -> f32 {
     if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
 }
 
-/// What a scene takes as emitted light.
+/// Emitted light as a scene takes it.
 fn bright(v: f32) -> f32 {
     if v > 0.0 { if v < 1e6 { v } else { 1e6 } } else { 0.0 }
 }
@@ -132,7 +132,7 @@ fn common(object: &Object<'_>, is_blender: bool, maps: &Maps<'_>) -> Material {
     let shines = number("SpecularFactor").unwrap_or(1.0) > 0.0 && specular.iter().any(|v| *v > 0.0);
     let of_map = |map: &Option<Use<'_>>, factor: f32| if map.is_some() { 1.0 } else { factor };
     let (metallic, roughness) = match exponent.filter(|exponent| *exponent >= 0.0) {
-        // Its exporter: the exponent is the square of 10 (1 - roughness), the reflection is metallic.
+        // Blender's exporter: the exponent is the square of 10 (1 - roughness), the reflection is metallic.
         Some(exponent) if is_blender => {
             let metallic = unit(number("ReflectionFactor").unwrap_or(0.0));
             (of_map(&maps.metallic, metallic), of_map(&maps.roughness, unit(1.0 - exponent.sqrt() / 10.0)))

@@ -189,7 +189,7 @@ struct Model {
     stand: Stand,
     /// The transform of its geometry alone.
     shape: Transform,
-    /// Its materials, in the order of their numbers.
+    /// Materials in the order of their numbers.
     materials: Vec<usize>,
     picture: Option<usize>,
     /// Materials of the scene, by the second set of texture coordinates.
@@ -204,7 +204,7 @@ struct Look {
     tangents: Option<usize>,
 }
 
-/// What is known of each object as a mesh.
+/// Known properties of each object as a mesh.
 fn traits<'r>(document: &'r Document<'r>) -> Vec<Traits<'r>> {
     let textures = document.objects.iter().filter(|object| object.kind == Kind::Texture);
     let used: BTreeSet<&[u8]> = textures.filter_map(|texture| texture.properties.text("UVSet")).collect();
@@ -284,7 +284,7 @@ impl<'r> Builder<'r> {
 
     fn mesh(&mut self, model: &mut Model, (number, mesh): (usize, &'r Object<'r>)) -> Result<(), LoadError> {
         let Some(Traits { second, has_colors, .. }) = self.traits.get(number).copied() else { return Ok(()) };
-        // Whether a mesh needs tangents must be known before it is read.
+        // The need of tangents must be known before a mesh is read.
         if !model.looks.contains_key(second) {
             let look = self.look(model, second)?;
             model.looks.insert(second.to_vec(), look);

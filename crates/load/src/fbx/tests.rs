@@ -13,7 +13,7 @@ fn read(records: &[R]) -> Loaded {
     load(&binary(records, 7400, false), Format::Fbx).unwrap()
 }
 
-/// Where the first corner of each instance is.
+/// Positions of the first corner of each instance.
 fn places(loaded: &Loaded) -> Vec<[f64; 3]> {
     let scene = &loaded.scene;
     let place = |k: usize| {
@@ -79,7 +79,7 @@ fn files_of_version_6_have_meshes_in_models() {
     attack(text.as_bytes(), Format::Fbx);
 }
 
-/// Where a square of a model with these properties has its first corner.
+/// Position of the first corner of a square, in a model with these properties.
 fn placed(list: Vec<R>) -> [f64; 3] {
     let objects = vec![square(1, vec![]), model(2, "thing", list)];
     places(&read(&file(vec![], objects, vec![connection(1, 2)])))[0]

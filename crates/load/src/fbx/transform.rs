@@ -4,7 +4,7 @@
 use super::document::Properties;
 use overcoat_scene::{Axis, SceneError, Transform};
 
-/// Where a model stands in the world, and the parts of that which those below it inherit.
+/// Place of a model in the world, and the parts of it that models below inherit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
     pub(super) world: Transform,
