@@ -237,9 +237,32 @@ fn mean_color(picture: &std::path::Path) -> [f64; 3] {
 fn flakes_keep_their_colour_in_a_file_that_has_none() {
     let work = tempfile::tempdir().unwrap();
     fs::copy(asset("sports-car.glb"), work.path().join("car.glb")).unwrap();
+    // A film beneath a coat that darkens it is more than glTF can hold; without darkening it is not.
+    let text = overcoat(work.path(), &["materials", "chameleon"]).stdout;
+    let text =
+        String::from_utf8(text).unwrap().replace("\ncoat = 1.0\n", "\ncoat = 1.0\ncoat_darkening = 0\n");
+    assert!(text.contains("coat_darkening"));
+    fs::write(work.path().join("undarkened.toml"), text).unwrap();
+    let refused = overcoat(
+        work.path(),
+        &[
+            "translate",
+            "chameleon",
+            "--to",
+            "gltf",
+            "--into",
+            "car.glb",
+            "--material",
+            "paint",
+            "-o",
+            "none.glb",
+        ],
+    );
+    assert_eq!(refused.status.code(), Some(4), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("flakes") && !work.path().join("none.glb").exists());
     for (paint, to) in [
         ("silver-metallic", "gltf"),
-        ("chameleon", "gltf"),
+        ("undarkened.toml", "gltf"),
         ("metalflake-red", "gltf"),
         ("silver-metallic", "openpbr"),
     ] {

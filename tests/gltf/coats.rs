@@ -104,7 +104,12 @@ fn what_extends_a_clear_coat_arrives() {
         let m = material(&clearcoat(0.5, &json!({darkening: {"clearcoatDarkeningFactor": [0.25]}})));
         assert_eq!(m.lobes.coat.darkening, 0.25);
     }
-    assert_eq!(material(&clearcoat(1.0, &json!({}))).lobes.coat, CoatMedium::default());
+    // The coat of the extension alone returns nothing to the base; the drafts' does unless they say otherwise.
+    let plain = CoatMedium { darkening: 0.0, ..CoatMedium::default() };
+    assert_eq!(material(&clearcoat(1.0, &json!({}))).lobes.coat, plain);
+    let given = clearcoat(1.0, &json!({"KHR_materials_clearcoat_darkening": {}}));
+    assert_eq!(material(&given).lobes.coat, CoatMedium::default());
+    assert_eq!(material(&json!({"KHR_materials_coat": {"coatFactor": 1}})).lobes.coat, CoatMedium::default());
 }
 
 /// KHR_materials_clearcoat is the substitute for those who do not know the other.

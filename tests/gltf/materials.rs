@@ -4,8 +4,8 @@ use crate::common::files::model::{Model, messages, picture, push};
 use overcoat::limits::Limits;
 use overcoat::load::LoadError;
 use overcoat::scene::{
-    AlphaMode, ColorSpace, Filter, Material, MipFilter, Sampler, ScalarParameter, Transmission, UvTransform,
-    Workflow, Wrap,
+    AlphaMode, CoatMedium, ColorSpace, Filter, Lobes, Material, MipFilter, Sampler, ScalarParameter,
+    Transmission, UvTransform, Workflow, Wrap,
 };
 use serde_json::{Value, json};
 
@@ -18,10 +18,16 @@ fn material(given: Value) -> Material {
     loaded.scene.materials()[0].clone()
 }
 
+/// Coats of the specification do not darken.
+fn plain_lobes() -> Lobes {
+    Lobes { coat: CoatMedium { darkening: 0.0, ..CoatMedium::default() }, ..Lobes::default() }
+}
+
 #[test]
 fn defaults_are_those_of_the_specification() {
     let expected = Material {
         workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None },
+        lobes: plain_lobes(),
         ..Material::default()
     };
     assert_eq!(material(json!({})), expected);
@@ -95,6 +101,7 @@ fn every_factor_arrives() {
         specular: 0.9,
         specular_color: [2.0, 0.5, 0.25],
         unlit: true,
+        lobes: plain_lobes(),
         ..Material::default()
     };
     assert_eq!(m, expected);
