@@ -63,6 +63,7 @@ pub fn curated() -> Vec<(String, Recipe)> {
     all.push(("mirrored".to_owned(), mirrored()));
     all.push(("vertex-attributes".to_owned(), vertex_attributes()));
     all.push(("switches-of-material-file".to_owned(), switches()));
+    all.push(("coat-darkening".to_owned(), coat_darkening()));
     all.extend(
         FILES.iter().map(|(name, file, time, eye)| ((*name).to_owned(), of_file(&file(), *time, *eye))),
     );
@@ -482,6 +483,21 @@ fn vertex_attributes() -> Recipe {
     recipe.materials.push(MaterialRecipe { metallic: 1.0, ..MaterialRecipe::default() });
     recipe.instances.push(instance(2, 1, [0.5, 0.5, 0.3], 0.3));
     Recipe { shading: Some(ShadingModel::Filament), samples: 4, ..recipe }
+}
+
+/// A coloured coat that darkens its base, half metal, in the standard model.
+fn coat_darkening() -> Recipe {
+    let mut recipe = with_keys("coat-darkening", ShadingModel::Standard, 1);
+    recipe.materials[0].keys = vec![
+        ("base_color", text("[0.5, 0.3, 0.1]")),
+        ("metallic", text("0.5")),
+        ("roughness", text("0.4")),
+        ("coat", text("0.9")),
+        ("coat_roughness", text("0.2")),
+        ("coat_color", text("[0.9, 0.5, 0.3]")),
+        ("coat_darkening", text("0.75")),
+    ];
+    Recipe { lights: vec![light(0), light(3)], shading: Some(ShadingModel::Standard), ..recipe }
 }
 
 /// Keys that the groups leave out because they exclude others.
