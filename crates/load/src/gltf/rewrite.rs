@@ -165,7 +165,7 @@ impl Rewriter {
         let own = self.parse(&text)?;
         for parameter in PARAMETERS.iter().filter(|p| p.width() > 0 && p.is_in(found) && p.is_in(&given)) {
             let name = parameter.name;
-            if OF_THE_MODEL.contains(&name) || name == "emissive" {
+            if OF_THE_MODEL.contains(&name) || name == "emissive" || is_idle(found, parameter) {
                 continue;
             }
             let (mut numbers, before) = (parameter.numbers(found), parameter.numbers(&given));
@@ -399,6 +399,11 @@ fn model_reads(found: &Material, parameter: &Parameter) -> bool {
     parameter.models().contains(&found.model.unwrap_or_default())
 }
 
+/// True for a darkening by the coat that no picture shows: the file would only name one more extension.
+fn is_idle(found: &Material, parameter: &Parameter) -> bool {
+    parameter.name == "coat_darkening" && (found.coat == 0.0 || !model_reads(found, parameter))
+}
+
 /// The extensions on a path.
 fn named_extensions(path: &str) -> Vec<String> {
     let names: Vec<&str> = path.split('/').collect();
@@ -426,6 +431,7 @@ fn refused(error: &dyn std::fmt::Display) -> LoadError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use overcoat_scene::ShadingModel;
 
     fn file(materials: &str) -> String {
         format!(
@@ -451,7 +457,25 @@ mod tests {
     fn metal() -> Material {
         let workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.25, texture: None };
         let base_color = [0.1, 0.2, 0.3, 1.0];
-        Material { workflow, base_color, coat: 0.5, coat_roughness: 0.1, ..Material::default() }
+        let mut metal =
+            Material { workflow, base_color, coat: 0.5, coat_roughness: 0.1, ..Material::default() };
+        metal.lobes.coat.darkening = 0.0;
+        metal
+    }
+
+    /// Darkening is written where the model knows it, and read again.
+    #[test]
+    fn darkening_is_written_where_it_shows() {
+        let mut dark = metal();
+        dark.lobes.coat.darkening = 0.75;
+        for (model, shows) in [(ShadingModel::Standard, true), (ShadingModel::Gltf, false)] {
+            let (text, _) =
+                put(&file("[{}]"), &Material { model: Some(model), ..dark.clone() }, OwnTextures::Kept);
+            assert_eq!(text.contains("clearcoat_darkening"), shows, "{text}");
+            assert_eq!(material(&text).lobes.coat.darkening, if shows { 0.75 } else { 0.0 });
+        }
+        let (text, _) = put(&file("[{}]"), &Material { coat: 0.0, ..dark }, OwnTextures::Kept);
+        assert!(!text.contains("clearcoat_darkening"), "{text}");
     }
 
     #[test]
@@ -545,7 +569,7 @@ mod tests {
     #[test]
     fn what_has_no_place_is_named() {
         let mut found = metal();
-        found.model = Some(overcoat_scene::ShadingModel::StackLit);
+        found.model = Some(ShadingModel::StackLit);
         found.lobes.coat.thickness = 1.0.into();
         found.lobes.coat.extinction = [0.5; 3];
         found.options.stacklit.recompute_per_light = true;
