@@ -50,12 +50,12 @@ pub unsafe fn structures<T: Sized32>(pointer: *const T, count: usize) -> Option<
     }
     // SAFETY: as in `structure`.
     let stride = unsafe { pointer.cast::<u32>().read_unaligned() } as usize;
+    if stride < size_of::<u32>() {
+        return None;
+    }
     let bytes = stride.checked_mul(count).filter(|bytes| isize::try_from(*bytes).is_ok())?;
     // SAFETY: within the list, whose length was checked to be one that memory can have.
-    (0..bytes)
-        .step_by(stride.max(1))
-        .map(|at| unsafe { structure(pointer.cast::<u8>().add(at).cast()) })
-        .collect()
+    (0..bytes).step_by(stride).map(|at| unsafe { structure(pointer.cast::<u8>().add(at).cast()) }).collect()
 }
 
 /// Writes a structure, as much as the caller knows of it; nothing to null. Its size stays the caller's.

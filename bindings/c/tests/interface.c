@@ -307,6 +307,9 @@ static void materials_have_texts(overcoat *o) {
     FAILS(overcoat_set_material_text(o, world, other, textured, files, 1), OVERCOAT_MALFORMED, "colors.png");
     FAILS(overcoat_set_material_text(o, world, other, textured, NULL, 2), OVERCOAT_INVALID_ARGUMENT, "files: null");
     FAILS(overcoat_set_material_text(o, world, other, textured, files, SIZE_MAX), OVERCOAT_INVALID_ARGUMENT, "files: null, too many");
+    files[0].size = 0;
+    FAILS(overcoat_set_material_text(o, world, other, textured, files, 2), OVERCOAT_INVALID_ARGUMENT, "their size is not set");
+    files[0].size = sizeof files[0];
     files[1].name = NULL;
     FAILS(overcoat_set_material_text(o, world, other, textured, files, 2), OVERCOAT_INVALID_ARGUMENT, "name is null");
     FAILS(overcoat_set_material_text(o, world, other, "rougness = 1", NULL, 0), OVERCOAT_MALFORMED, "roughness");

@@ -159,6 +159,11 @@ fn warn_of_the_rest(document: &Document<'_>, file: &File<'_>, warnings: &mut War
     if smooth > 0 {
         warnings.add(|| format!("{FORMAT}: meshes drawn without subdivision: {smooth}"));
     }
+    let twisted =
+        count(&|object| matches!(object.record.text_of("SkinningType"), Some(b"DualQuaternion" | b"Blend")));
+    if twisted > 0 {
+        warnings.add(|| format!("{FORMAT}: skins of dual quaternions drawn as linear ones: {twisted}"));
+    }
     if file.is_animated {
         warnings.add(|| format!("{FORMAT}: animations have no effect"));
     }

@@ -79,6 +79,18 @@ fn files_of_version_6_have_meshes_in_models() {
     attack(text.as_bytes(), Format::Fbx);
 }
 
+/// Skins of another kind than linear ones are named.
+#[test]
+fn skins_of_dual_quaternions_are_named() {
+    let text = "; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n FBXVersion: 7400\n}\nObjects:  {\n\
+        Geometry: 1, \"Geometry::\", \"Mesh\" {\n Vertices: *9 {\n a: 0,0,0,1,0,0,0,1,0\n }\n PolygonVertexIndex: *3 {\n \
+        a: 0,1,-3\n }\n}\nModel: 2, \"Model::m\", \"Mesh\" {\n}\nDeformer: 3, \"Deformer::\", \"Skin\" {\n \
+        SkinningType: \"DualQuaternion\"\n}\n}\nConnections:  {\n C: \"OO\",1,2\n C: \"OO\",2,0\n C: \"OO\",3,1\n}\n";
+    let loaded = load(text.as_bytes(), Format::Fbx).unwrap();
+    assert_eq!(warnings(&loaded), ["FBX: skins of dual quaternions drawn as linear ones: 1"]);
+    assert_eq!(loaded.scene.triangle_count(), 1);
+}
+
 /// Position of the first corner of a square, in a model with these properties.
 fn placed(list: Vec<R>) -> [f64; 3] {
     let objects = vec![square(1, vec![]), model(2, "thing", list)];

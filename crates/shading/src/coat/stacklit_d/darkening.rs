@@ -13,8 +13,8 @@ const LEAST_ALBEDO: f32 = 1e-6;
 /// Changes of a base's lobes by the light that coat and base reflect to each other, under white light from everywhere.
 ///
 /// A model that dims its base by the transmittance of the coat for the view, and by that of its medium there and back at the
-/// cosine of the view, has the albedo of this module's adding method with these. A base that absorbs nothing under
-/// a clear coat keeps its albedo.
+/// cosine of the view, has the albedo of this module's adding method with these. A white metal under a clear coat keeps its
+/// albedo; a white plastic nearly, as with that method.
 #[derive(Clone, Copy)]
 pub(in crate::coat) struct Darkening<L: Lanes> {
     /// Transmittance of the base's own reflection for the view inside of the coat, instead of that outside.
