@@ -55,7 +55,7 @@ END
 
 overcoat_service_files() {
     put 644 service/overcoat.service "$root/lib/systemd/system/overcoat.service"
-    gzip -9n <service/README.md | made "$doc/README.md.gz"
+    gzip -9n <docs/src/service.md | made "$doc/README.md.gz"
     put 644 service/example.toml "$doc/examples/example.toml"
     put 644 service/presets.toml "$doc/examples/presets.toml"
     put 644 service/nginx.conf "$doc/examples/nginx.conf"

@@ -296,7 +296,7 @@ fn the_table_of_limits_is_complete_and_right() {
 /// Every command line of the page of recipes is accepted, whatever is around it in a script, a rule or a configuration.
 #[test]
 fn recipes_are_accepted() {
-    let page = std::fs::read_to_string(root().join("packaging/RECIPES.md")).unwrap();
+    let page = std::fs::read_to_string(root().join("docs/src/recipes.md")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let mut inside = false;
     let mut tried = 0;

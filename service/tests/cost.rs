@@ -17,7 +17,7 @@ fn simulate(arguments: &[&str]) -> Option<std::process::Output> {
 
 #[test]
 fn tables_of_the_page_are_what_the_simulation_prints() {
-    let Some(done) = simulate(&["--check", "COST.md"]) else { return };
+    let Some(done) = simulate(&["--check", "../docs/src/cost.md"]) else { return };
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
 }
 
@@ -26,7 +26,8 @@ fn tables_of_the_page_are_what_the_simulation_prints() {
 fn a_page_that_is_wrong_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let page = folder.path().join("page.md");
-    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("COST.md")).unwrap();
+    let text =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/cost.md")).unwrap();
     let row = text.lines().find(|line| line.starts_with("| PNG in KB, 256")).unwrap();
     let told = |text: String| {
         std::fs::write(&page, text).unwrap();
