@@ -3,7 +3,7 @@
 use crate::key::Keys;
 use overcoat::description::{Description, EnvironmentChoice, MaterialChoice};
 use overcoat_cli::args::DrawArgs;
-use overcoat_cli::worker::protocol::Start;
+use overcoat_worker::protocol::Start;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a file that all pictures have in common, at most.

@@ -2,7 +2,7 @@
 
 use bytes::Bytes;
 use overcoat::load::{DirectoryResolver, ResolveError, Resolver};
-use overcoat_cli::worker::protocol::Missing;
+use overcoat_worker::protocol::Missing;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::future::Future;

@@ -1,7 +1,7 @@
 //! Content keys: names for pictures that say all that they were made of.
 
 use crate::files::Needed;
-use overcoat_cli::worker::protocol::{PictureRequest, Start};
+use overcoat_worker::protocol::{PictureRequest, Start};
 use serde_json::Value;
 
 /// Content keys: two pictures with the same key have the same bytes.

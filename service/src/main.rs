@@ -1,9 +1,10 @@
-//! The `overcoat-service` command: `batch`, `serve` and, started by itself, `worker`; for packages, `completions` and `man`.
+//! The `overcoat-service` command: `batch`, `serve`, `mcp` and, started by itself, `worker`; for packages, `completions` and `man`.
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use overcoat_cli::args::{CompletionsArgs, ManArgs};
 use overcoat_cli::install;
 use overcoat_service::batch::{self, args::BatchArgs};
+use overcoat_service::mcp::{self, args::McpArgs};
 use overcoat_service::serve::{self, args::ServeArgs};
 use std::ffi::OsString;
 use std::io::Write;
@@ -23,6 +24,8 @@ enum Command {
     Batch(Box<BatchArgs>),
     /// Serve pictures of models over HTTP
     Serve(Box<ServeArgs>),
+    /// Serve tools for programs that speak the Model Context Protocol, over standard streams
+    Mcp(Box<McpArgs>),
     /// What this program starts to draw: serves its parent over standard streams
     #[command(hide = true)]
     Worker,
@@ -56,10 +59,10 @@ fn main() -> ExitCode {
     };
     // Before any thread is started, for the sandbox.
     let printed = match &cli.command {
-        Command::Worker => return overcoat_cli::worker::run(),
+        Command::Worker => return overcoat_worker::run(),
         Command::Completions(args) => Some(install::completions_of("overcoat-service", &command, args)),
         Command::Man(args) => Some(install::man_of(command.clone(), args)),
-        Command::Batch(_) | Command::Serve(_) => None,
+        Command::Batch(_) | Command::Serve(_) | Command::Mcp(_) => None,
     };
     match printed {
         None => {}
@@ -75,6 +78,7 @@ fn main() -> ExitCode {
     let done = runtime.block_on(async {
         match &cli.command {
             Command::Batch(args) => batch::run(args).await,
+            Command::Mcp(args) => mcp::run(args).await,
             Command::Serve(_) => {
                 let names = std::env::vars_os().filter_map(|(name, _)| name.into_string().ok());
                 if let Some(options) = command.find_subcommand("serve") {

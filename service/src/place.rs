@@ -6,7 +6,7 @@ use futures_util::{StreamExt, TryStreamExt};
 use object_store::path::Path as ObjectPath;
 use object_store::{Attribute, Attributes, GetOptions, ObjectStore, ObjectStoreExt, PutOptions, PutPayload};
 use overcoat::output::write_atomically;
-use overcoat_cli::worker::protocol::Missing;
+use overcoat_worker::protocol::Missing;
 use std::fmt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;

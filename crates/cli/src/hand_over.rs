@@ -1,4 +1,4 @@
-//! `overcoat batch` and `overcoat serve`: another program does them, so that this one has no network and stays small.
+//! `overcoat batch`, `overcoat serve` and `overcoat mcp`: another program does them, so that this one has no network and stays small.
 
 use super::failure::Failure;
 use clap::Args;

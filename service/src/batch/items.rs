@@ -2,7 +2,7 @@
 
 use crate::place::{Place, is_url};
 use overcoat::load::Format;
-use overcoat_cli::worker::protocol::PictureRequest;
+use overcoat_worker::protocol::PictureRequest;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -160,7 +160,7 @@ fn csv_reason(error: &csv::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overcoat_cli::worker::protocol::PictureRequest;
+    use overcoat_worker::protocol::PictureRequest;
 
     fn rows(name: &str, text: &str) -> Vec<Result<Item, String>> {
         let folder = tempfile::tempdir().unwrap();

@@ -16,7 +16,7 @@ use futures_util::StreamExt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use items::{Defaults, Item, Presets, is_model};
 use manifest::{Manifest, is_manifest};
-use overcoat_cli::worker::protocol::PictureRequest;
+use overcoat_worker::protocol::PictureRequest;
 use report::Report;
 use run::{Batch, Ledger, Tally};
 use serde_json::json;

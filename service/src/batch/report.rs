@@ -2,7 +2,7 @@
 
 use crate::files::Needed;
 use crate::pool::WorkError;
-use overcoat_cli::worker::protocol::{FailureClass, FailureReport};
+use overcoat_worker::protocol::{FailureClass, FailureReport};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions, TryLockError};

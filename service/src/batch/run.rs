@@ -7,7 +7,7 @@ use crate::key::{Keys, hash_of};
 use crate::place::{Place, PlaceFiles};
 use crate::pool::{DrawnPicture, Meter, PictureFile, Pool};
 use bytes::Bytes;
-use overcoat_cli::worker::protocol::{Missing, Work};
+use overcoat_worker::protocol::{Missing, Work};
 use serde_json::Value;
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};

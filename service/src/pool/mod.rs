@@ -10,7 +10,7 @@ pub use process::Death;
 
 use crate::files::{Files, Needed};
 use budget::TimeBudget;
-use overcoat_cli::worker::protocol::{FailureReport, FromWorker, Start, ToWorker, Told, Work};
+use overcoat_worker::protocol::{FailureReport, FromWorker, Start, ToWorker, Told, Work};
 use process::Process;
 use std::path::PathBuf;
 use std::sync::Mutex;

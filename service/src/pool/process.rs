@@ -1,7 +1,7 @@
 //! One worker: its process and its two streams.
 
 use super::PoolOptions;
-use overcoat_cli::worker::protocol::{self, FromWorker, PREFIX, ToWorker};
+use overcoat_worker::protocol::{self, FromWorker, PREFIX, ToWorker};
 use std::fmt;
 use std::io;
 use std::process::Stdio;

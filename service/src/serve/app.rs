@@ -22,7 +22,7 @@ use super::trace::Trace;
 use crate::common::Common;
 use crate::key::Keys;
 use crate::pool::{Pool, PoolOptions, TimeLimits};
-use overcoat_cli::worker::protocol::Start;
+use overcoat_worker::protocol::Start;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, Instant};

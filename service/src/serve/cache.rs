@@ -5,7 +5,7 @@ use super::disk::Disk;
 use super::metrics::Metrics;
 use crate::place::{Place, is_url};
 use bytes::Bytes;
-use overcoat_cli::worker::protocol::Missing;
+use overcoat_worker::protocol::Missing;
 use serde::{Deserialize, Serialize};
 use std::collections::{HashMap, VecDeque};
 use std::path::Path;

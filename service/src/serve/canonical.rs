@@ -1,7 +1,7 @@
 //! Options of a picture as the query that asks for it: equal pictures have equal texts, whatever way they were asked for.
 
-use overcoat_cli::worker::protocol::PictureRequest;
 use overcoat_description::DescriptionOption;
+use overcoat_worker::protocol::PictureRequest;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use url::form_urlencoded;

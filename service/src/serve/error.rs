@@ -5,13 +5,13 @@ use crate::pool::WorkError;
 use axum::body::Body;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use overcoat_cli::worker::protocol::{FailureClass, FailureReport};
+use overcoat_worker::protocol::{FailureClass, FailureReport};
 use serde_json::{Map, Value, json};
 
 /// Characters of a message at most.
 const LONGEST_MESSAGE: usize = 500;
 
-/// Kinds of answers that are no pictures. The table of service/README.md has them all.
+/// Kinds of answers that are no pictures. The table of docs/src/service.md has them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// An option is unknown, not allowed, or out of its range.
@@ -336,7 +336,7 @@ mod tests {
         names.dedup();
         assert_eq!(names.len(), Kind::ALL.len());
         // The table of the documentation has each, with its status.
-        let table = include_str!("../../README.md");
+        let table = include_str!("../../../docs/src/service.md");
         for kind in Kind::ALL {
             let row = format!("| {} | `{}` |", kind.status().as_u16(), kind.name());
             assert!(table.contains(&row), "{row}");

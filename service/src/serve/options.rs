@@ -8,8 +8,8 @@ use super::rules::{Rules, preset_names, too_dear, unknown_preset};
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
 use overcoat::frame::Aov;
 use overcoat::output::OutputFormat;
-use overcoat_cli::worker::protocol::PictureRequest;
 use overcoat_description::DescriptionOption;
+use overcoat_worker::protocol::PictureRequest;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 

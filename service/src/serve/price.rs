@@ -1,7 +1,7 @@
 //! Price of a picture in units, by its options alone: what is asked for is known before a model is read.
 //!
 //! A unit is about 10 ms of one processor. The terms were fitted to the processor time of pictures of three models of this repository
-//! (2,000 to 97,000 triangles) of 64 to 1024 pixels in all tiers; README.md has them side by side.
+//! (2,000 to 97,000 triangles) of 64 to 1024 pixels in all tiers; the book has them side by side.
 //! Models differ by more than a factor of ten at one size, which no price by options can know.
 
 use overcoat::RenderOptions;
@@ -49,7 +49,7 @@ mod tests {
     /// The table of the documentation has these.
     #[test]
     fn prices_are_those_of_the_table() {
-        let table = include_str!("../../README.md");
+        let table = include_str!("../../../docs/src/service.md");
         for size in [64, 256, 512, 1024, 2048] {
             let prices = Quality::ALL.iter().map(|quality| price(&of(size, *quality, 8), 0).to_string());
             let row = format!("| {size} | {} |", prices.collect::<Vec<_>>().join(" | "));

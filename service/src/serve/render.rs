@@ -12,7 +12,7 @@ use crate::files::{Files, Needed};
 use crate::key::hash_of;
 use crate::pool::DrawnPicture;
 use bytes::Bytes;
-use overcoat_cli::worker::protocol::{Missing, PictureRequest, Work};
+use overcoat_worker::protocol::{Missing, PictureRequest, Work};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::Instant;

@@ -7,7 +7,7 @@ use axum::http::HeaderName;
 use overcoat::limits::Limits;
 use overcoat::output::OutputFormat;
 use overcoat_cli::args::EncodingArgs;
-use overcoat_cli::worker::protocol::PictureRequest;
+use overcoat_worker::protocol::PictureRequest;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::path::Path;

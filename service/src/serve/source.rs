@@ -7,7 +7,7 @@ use super::fetch::Fetcher;
 use crate::files::{Boxed, Files, FolderFiles, Found};
 use crate::place::{Place, PlaceFiles};
 use bytes::Bytes;
-use overcoat_cli::worker::protocol::Missing;
+use overcoat_worker::protocol::Missing;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};

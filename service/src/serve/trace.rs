@@ -12,7 +12,7 @@ use axum::extract::Request;
 use bytes::Buf;
 use http_body_util::BodyExt;
 use hyper::body::Body as _;
-use overcoat_cli::worker::protocol::PictureRequest;
+use overcoat_worker::protocol::PictureRequest;
 use serde::Serialize;
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};

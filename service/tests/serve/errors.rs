@@ -1,4 +1,4 @@
-//! A test for each row of the table of errors in service/README.md.
+//! A test for each row of the table of errors in docs/src/service.md.
 
 use crate::service::{form, model, model_path, ok, read_answer, run, source_server, start, start_with};
 use std::io::Write;

@@ -59,7 +59,7 @@ fn the_example_is_taken() {
 /// The example of the manual is one, too.
 #[test]
 fn the_listing_of_the_manual_is_taken() {
-    let manual = include_str!("../../README.md");
+    let manual = include_str!("../../../docs/src/service.md");
     let listing = manual.split("```toml\n").find(|part| part.starts_with("# Nothing but presets")).unwrap();
     let service = start_with_presets(listing.split("```").next().unwrap(), &[]);
     service.post("/render?preset=thumb&format=png", &model(CUBE)).png(256, 256);

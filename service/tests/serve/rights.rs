@@ -96,7 +96,7 @@ fn uploads_need_a_key_and_paths_do_not() {
 /// The listing of the manual is a file of keys.
 #[test]
 fn the_listing_of_the_manual_is_taken() {
-    let manual = include_str!("../../README.md");
+    let manual = include_str!("../../../docs/src/service.md");
     let listing = manual.split("```toml\n").find(|part| part.starts_with("[holder.shop]")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("keys.toml");

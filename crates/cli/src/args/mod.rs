@@ -101,6 +101,9 @@ pub enum Command {
     /// Render models over HTTP
     #[command(disable_help_flag = true)]
     Serve(ServiceArgs),
+    /// Serve tools for programs that speak the Model Context Protocol, over standard streams
+    #[command(disable_help_flag = true)]
+    Mcp(ServiceArgs),
     /// Try what a program that was taken over would try, to see that --sandbox holds on this machine
     #[command(hide = true)]
     Attempt(AttemptArgs),
