@@ -2,13 +2,13 @@
 
 use super::args::AnimateArgs;
 use super::failure::{Failure, file_name};
-use super::input;
 use super::movie_frames::{MovieFrames, frame_count};
 use super::movie_output::MovieOutput;
 use super::render_task::RenderTask;
 use overcoat_core::jobs::Jobs;
 use overcoat_load::{AnimatedModel, Warning};
 use overcoat_scene::{Bounds, Camera, Fit, Scene};
+use overcoat_worker::model_source::open_animated;
 
 /// Renders an animation.
 ///
@@ -28,11 +28,11 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
     let target = MovieOutput::new(&movie.output, &movie.encoding, &task.inputs, task.json)?;
     target.put_behind(&mut task);
 
-    task.progress.stage(format!("loading {}", file_name(&task.source.path)));
+    task.progress.stage(format!("loading {}", file_name(&task.picture.source.path)));
     let mut renderer = draw.renderer();
-    let setting = task.setting(renderer.jobs())?;
+    let setting = task.picture.setting(renderer.jobs())?;
     let mut poses = Poses {
-        model: input::open_animated(&task.source, &task.limits, renderer.jobs())?,
+        model: open_animated(&task.picture.source, &task.picture.limits, renderer.jobs())?,
         from: args.from,
         frames_a_second: args.movie.fps,
         warnings: Vec::new(),
@@ -44,7 +44,7 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
             "nothing to play from second {} to second {to} (the animation has {length})",
             args.from
         ))
-        .at(&task.source.path));
+        .at(&task.picture.source.path));
     }
     let frames = frame_count(to - args.from, args.movie.fps);
     let mut movie = MovieFrames::new(task, target, &args.movie, frames)?;
@@ -54,11 +54,11 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
         let task = movie.task();
         let mut scene = poses.at(k, task, renderer.jobs())?;
         setting
-            .apply(&task.description, &mut scene, &task.limits)
-            .map_err(|error| error.at(&task.source.path))?;
+            .apply(&task.picture.description, &mut scene, &task.picture.limits)
+            .map_err(|error| error.at(&task.picture.source.path))?;
         let eye = match camera {
             Some(camera) => camera,
-            None => task.camera(&task.source, &scene)?,
+            None => task.picture.camera(&task.picture.source, &scene)?,
         };
         movie.render_frame(k, &mut renderer, &scene, &eye)?;
     }
@@ -81,7 +81,8 @@ impl Poses {
     /// The scene of frame `k`.
     fn at(&mut self, k: u32, task: &RenderTask, jobs: &Jobs) -> Result<Scene, Failure> {
         let time = self.from + f64::from(k) / self.frames_a_second;
-        let loaded = self.model.at(time, jobs).map_err(|e| Failure::load(&e).at(&task.source.path))?;
+        let loaded =
+            self.model.at(time, jobs).map_err(|e| Failure::load(&e).at(&task.picture.source.path))?;
         for warning in loaded.warnings {
             // Most are those of the file, which come with every frame.
             if !self.warnings.contains(&warning) {
@@ -100,10 +101,10 @@ fn steady(
     poses: &mut Poses,
     jobs: &Jobs,
 ) -> Result<(Option<Camera>, Option<Bounds>), Failure> {
-    let description = &task.description;
+    let description = &task.picture.description;
     let first = poses.at(0, task, jobs)?;
-    let mut fit = description.framing(&first, &task.options).map(Fit::new);
-    let mut bounds = task.options.ground.is_seen().then(|| first.tight_bounds());
+    let mut fit = description.framing(&first, &task.picture.options).map(Fit::new);
+    let mut bounds = task.picture.options.ground.is_seen().then(|| first.tight_bounds());
     if let Some(fit) = &mut fit {
         fit.include(&first);
     }
@@ -116,10 +117,12 @@ fn steady(
         bounds = bounds.map(|bounds| bounds.union(&pose.tight_bounds()));
     }
     let camera = match fit {
-        Some(fit) => Some(description.fitted(fit.camera()).map_err(|error| error.at(&task.source.path))?),
+        Some(fit) => {
+            Some(description.fitted(fit.camera()).map_err(|error| error.at(&task.picture.source.path))?)
+        }
         None if description.camera.from_model.is_some() => None,
         // A place without a target looks at the middle of the first frame.
-        None => Some(task.camera(&task.source, &first)?),
+        None => Some(task.picture.camera(&task.picture.source, &first)?),
     };
     Ok((camera, bounds))
 }

@@ -44,7 +44,7 @@ pub(super) fn scene() -> Result<Scene, SceneError> {
     }
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(Mesh::new(data)?)?;
-    let material = scene.add_material(Material { name: "ball".to_owned(), ..Material::default() })?;
+    let material = scene.add_material(Material::default().with(|m| m.name = "ball".to_owned()))?;
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
     Ok(scene)
 }

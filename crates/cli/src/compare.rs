@@ -1,15 +1,16 @@
 //! `overcoat compare-models`: one scene as every engine would shade it, and how far each is from a chosen one.
 
 use super::args::CompareModelsArgs;
-use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::{Failure, file_name};
-use super::losses::{clipped, limited, lost_tint, lowered_exposure, texture_losses};
 use super::render_task::RenderTask;
-use super::report::{self, Stages, Versions};
+use super::report;
 use overcoat_core::frame::DisplayImage;
 use overcoat_load::Loaded;
 use overcoat_scene::ShadingModel;
+use overcoat_worker::camera_report::CameraReport;
+use overcoat_worker::losses::{clipped, limited, lost_tint, lowered_exposure, texture_losses};
+use overcoat_worker::report::{Stages, UpReport, Versions};
 use serde::Serialize;
 
 /// Factor of the differences in the picture.
@@ -23,10 +24,8 @@ struct Report {
     against: &'static str,
     /// Stops of all pictures.
     exposure: f32,
-    /// Axis of the model file that is up.
-    up_axis: &'static str,
-    /// True if that axis was told by the model's shape, against the custom of its format.
-    up_is_by_shape: bool,
+    #[serde(flatten)]
+    up: UpReport,
     camera: CameraReport,
     models: Vec<ModelReport>,
     warnings: Vec<String>,
@@ -89,7 +88,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     let mut description = draw.describe(inputs)?;
     description.size.get_or_insert(DEFAULT_CELL);
     let mut task = RenderTask::new(draw, description, inputs)?;
-    let cell = [task.options.width, task.options.height.saturating_mul(2)];
+    let cell = [task.picture.options.width, task.picture.options.height.saturating_mul(2)];
     let mut sheet = ContactSheet::new(
         &args.output,
         &task.inputs,
@@ -97,23 +96,23 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         models.len(),
         &args.cells,
         cell,
-        &task.limits,
+        &task.picture.limits,
     )?;
 
-    task.progress.stage(format!("loading {}", file_name(&task.source.path)));
+    task.progress.stage(format!("loading {}", file_name(&task.picture.source.path)));
     let mut renderer = draw.renderer();
-    let Loaded { scene, mut warnings, .. } = task.load(renderer.jobs(), &mut Stages::default())?;
-    let camera = task.camera(&task.source, &scene)?;
-    let display = task.display_of(&scene);
+    let Loaded { scene, mut warnings, .. } = task.picture.load(renderer.jobs(), &mut Stages::default())?;
+    let camera = task.picture.camera(&task.picture.source, &scene)?;
+    let display = task.picture.display_of(&scene);
     let mut done = 0;
     let mut render = |model: ShadingModel| {
         task.progress.step(format!("rendering {}", model.name()), done, 1 + models.len() as u32);
         done += 1;
-        task.options.shading = Some(model);
-        let rendered = task.render(&task.source, &mut renderer, &scene, &camera)?;
+        task.picture.options.shading = Some(model);
+        let rendered = task.picture.render(&task.picture.source, &mut renderer, &scene, &camera)?;
         // The first one is what others are compared with, at one exposure.
-        task.display = task.display_of(&scene).metered(&rendered.frame);
-        Ok::<_, Failure>((DisplayImage::new(&rendered.frame, &task.display), rendered))
+        task.picture.display = task.picture.display_of(&scene).metered(&rendered.frame);
+        Ok::<_, Failure>((DisplayImage::new(&rendered.frame, &task.picture.display), rendered))
     };
     let (reference, rendered) = render(args.against)?;
     let mut reports = Vec::new();
@@ -134,12 +133,12 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         });
     }
     warnings.extend(texture_losses(&scene, &warnings));
-    let clipping = task.clipping(&scene, &rendered.frame);
-    warnings.extend(lowered_exposure(&display, task.display.exposure));
-    warnings.extend(clipped(&scene, &task.display, clipping));
+    let clipping = task.picture.clipping(&scene, &rendered.frame);
+    warnings.extend(lowered_exposure(&display, task.picture.display.exposure));
+    warnings.extend(clipped(&scene, &task.picture.display, clipping));
     warnings.extend(limited(&rendered.stats));
-    warnings.extend(lost_tint(rendered.frame.is_tinted(), &task.display));
-    match task.check_coverage(&task.source, &scene, &camera, &rendered.stats) {
+    warnings.extend(lost_tint(rendered.frame.is_tinted(), &task.picture.display));
+    match task.picture.check_coverage(&task.picture.source, &scene, &camera, &rendered.stats) {
         Ok(warning) => warnings.extend(warning),
         Err(failure) => {
             task.finish(&warnings);
@@ -157,10 +156,9 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
             width,
             height,
             against: args.against.name(),
-            exposure: task.display.exposure,
-            up_axis: scene.orientation().up.name(),
-            up_is_by_shape: scene.orientation().up_is_by_shape,
-            camera: CameraReport::new(&camera, &scene, &task.options),
+            exposure: task.picture.display.exposure,
+            up: UpReport::from(scene.orientation()),
+            camera: CameraReport::new(&camera, &scene, &task.picture.options),
             models: reports,
             warnings: warnings.iter().map(ToString::to_string).collect(),
             versions: Versions::default(),

@@ -5,9 +5,9 @@
 
 use super::args::RenderArgs;
 use super::failure::Failure;
-use super::picture_format::PictureFormat;
 use overcoat_description::is_standard_input;
 use overcoat_image::output::OutputFormat;
+use overcoat_worker::picture_format::PictureFormat;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};

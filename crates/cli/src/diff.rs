@@ -1,20 +1,21 @@
 //! `overcoat diff`: two models from one camera, side by side, and how they differ.
 
 use super::args::DiffArgs;
-use super::camera_report::CameraReport;
 use super::contact::ContactSheet;
 use super::failure::{Failure, file_name};
-use super::input::ModelSource;
-use super::losses::{clipped, limited, lost_tint, lowered_exposure, texture_losses};
 use super::output_file::is_standard_output;
 use super::render_task::RenderTask;
-use super::report::{self, Stages, Versions};
+use super::report;
 use overcoat_core::frame::DisplayImage;
 use overcoat_golden::metrics::{MetricSettings, Metrics, measure};
 use overcoat_image::decode::DecodedPicture;
 use overcoat_load::Loaded;
 use overcoat_render::Rendered;
 use overcoat_scene::{Camera, Fit, PrimitiveKind, Scene};
+use overcoat_worker::camera_report::CameraReport;
+use overcoat_worker::losses::{clipped, limited, lost_tint, lowered_exposure, texture_losses};
+use overcoat_worker::model_source::ModelSource;
+use overcoat_worker::report::{Stages, Versions};
 use serde::Serialize;
 
 /// Factor of the differences in the picture.
@@ -108,13 +109,13 @@ fn difference(a: &DisplayImage, b: &DisplayImage) -> DisplayImage {
 
 /// One camera for both, unless there is one already.
 fn camera(task: &RenderTask, before: &Scene, after: &Scene) -> Result<Camera, Failure> {
-    let Some(framing) = task.description.framing(before, &task.options) else {
-        return task.camera(&task.source, before);
+    let Some(framing) = task.picture.description.framing(before, &task.picture.options) else {
+        return task.picture.camera(&task.picture.source, before);
     };
     let mut fit = Fit::new(framing);
     fit.include(before);
     fit.include(after);
-    Ok(task.description.fitted(fit.camera()).map_err(|error| error.at(&task.source.path))?)
+    Ok(task.picture.description.fitted(fit.camera()).map_err(|error| error.at(&task.picture.source.path))?)
 }
 
 /// Renders two models to one sheet and says how they differ.
@@ -126,48 +127,48 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
     let mut description = args.draw.describe(inputs)?;
     description.size.get_or_insert(DEFAULT_SIDE);
     let mut task = RenderTask::new(&args.draw, description, inputs)?;
-    let cell = [task.options.width, task.options.height];
+    let cell = [task.picture.options.width, task.picture.options.height];
     let mut sheet =
-        ContactSheet::new(&args.output, &task.inputs, task.json, 3, &args.cells, cell, &task.limits)?;
+        ContactSheet::new(&args.output, &task.inputs, task.json, 3, &args.cells, cell, &task.picture.limits)?;
     let Some(after) = task.more.pop() else { return Err(Failure::usage("two models are compared")) };
 
     let mut renderer = args.draw.renderer();
-    let setting = task.setting(renderer.jobs())?;
+    let setting = task.picture.setting(renderer.jobs())?;
     let load = |source: &ModelSource| {
         task.progress.stage(format!("loading {}", file_name(&source.path)));
-        task.load_into(&setting, source, renderer.jobs(), &mut Stages::default())
+        task.picture.load_into(&setting, source, renderer.jobs(), &mut Stages::default())
     };
-    let Loaded { scene: first, mut warnings, .. } = load(&task.source)?;
+    let Loaded { scene: first, mut warnings, .. } = load(&task.picture.source)?;
     let Loaded { scene: second, warnings: more, .. } = load(&after)?;
     warnings.extend(more);
     let camera = camera(&task, &first, &second)?;
     // One floor under both.
-    if task.options.ground.is_seen() {
-        task.options.ground_under = Some(first.tight_bounds().union(&second.tight_bounds()));
+    if task.picture.options.ground.is_seen() {
+        task.picture.options.ground_under = Some(first.tight_bounds().union(&second.tight_bounds()));
     }
     task.progress.step("rendering", 0, 2);
-    let own = task.render(&task.source, &mut renderer, &first, &camera)?;
-    let display = task.display_of(&first);
-    task.display = display.metered(&own.frame);
-    warnings.extend(lowered_exposure(&display, task.display.exposure));
+    let own = task.picture.render(&task.picture.source, &mut renderer, &first, &camera)?;
+    let display = task.picture.display_of(&first);
+    task.picture.display = display.metered(&own.frame);
+    warnings.extend(lowered_exposure(&display, task.picture.display.exposure));
     task.progress.step("rendering", 1, 2);
-    let other = task.render(&after, &mut renderer, &second, &camera)?;
-    for (source, scene, rendered) in [(&task.source, &first, &own), (&after, &second, &other)] {
+    let other = task.picture.render(&after, &mut renderer, &second, &camera)?;
+    for (source, scene, rendered) in [(&task.picture.source, &first, &own), (&after, &second, &other)] {
         warnings.extend(texture_losses(scene, &warnings));
-        warnings.extend(clipped(scene, &task.display, task.clipping(scene, &rendered.frame)));
+        warnings.extend(clipped(scene, &task.picture.display, task.picture.clipping(scene, &rendered.frame)));
         warnings.extend(limited(&rendered.stats));
-        warnings.extend(lost_tint(rendered.frame.is_tinted(), &task.display));
-        warnings.extend(task.check_coverage(source, scene, &camera, &rendered.stats)?);
+        warnings.extend(lost_tint(rendered.frame.is_tinted(), &task.picture.display));
+        warnings.extend(task.picture.check_coverage(source, scene, &camera, &rendered.stats)?);
     }
 
-    let images = [&own, &other].map(|rendered| DisplayImage::new(&rendered.frame, &task.display));
+    let images = [&own, &other].map(|rendered| DisplayImage::new(&rendered.frame, &task.picture.display));
     let [before, after_image] = &images;
     let measured = measure(&before.into(), &DecodedPicture::from(after_image), &MetricSettings::default());
     let Metrics { exact, psnr, ssim, flip_mean, .. } =
         measured.map_err(|error| Failure::failed(error.to_string()))?.metrics;
     let equal = own.frame.frame_hash() == other.frame.frame_hash();
-    let [one, two] =
-        [(&task.source, &first, &own), (&after, &second, &other)].map(|(s, c, r)| SideReport::new(s, c, r));
+    let [one, two] = [(&task.picture.source, &first, &own), (&after, &second, &other)]
+        .map(|(s, c, r)| SideReport::new(s, c, r));
     let pixels = before.pixels.len() as u64;
     let summary = if equal {
         "equal in every bit".to_owned()
@@ -195,8 +196,8 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
             psnr: psnr.is_finite().then_some(psnr),
             ssim,
             flip: flip_mean,
-            exposure: task.display.exposure,
-            camera: CameraReport::new(&camera, &first, &task.options),
+            exposure: task.picture.display.exposure,
+            camera: CameraReport::new(&camera, &first, &task.picture.options),
             warnings: warnings.iter().map(ToString::to_string).collect(),
             versions: Versions::default(),
         })?;

@@ -2,11 +2,13 @@
 
 use super::failure::Failure;
 use super::output_file::OutputFile;
-use super::render_task::{Pixels, RenderTask};
-use super::report::{self, Versions};
+use super::render_task::RenderTask;
+use super::report;
 use overcoat_core::frame::DisplayImage;
 use overcoat_description::is_standard_input;
 use overcoat_load::{EmbeddedPicture, Warning, embedded_picture};
+use overcoat_worker::picture_task::Pixels;
+use overcoat_worker::report::Versions;
 use serde::Serialize;
 
 /// When the picture of a file is shown in place of its model.
@@ -37,11 +39,11 @@ struct Report {
 /// # Errors
 /// [`Failure`] if there is none, or it cannot be written.
 pub(super) fn show(task: &mut RenderTask, target: &OutputFile) -> Result<(), Failure> {
-    let path = task.source.path.clone();
+    let path = task.picture.source.path.clone();
     if is_standard_input(&path) {
         return Err(Failure::usage("--embedded is for files, not for standard input"));
     }
-    let found = embedded_picture(&path, &task.limits).map_err(|e| Failure::load(&e).at(&path))?;
+    let found = embedded_picture(&path, &task.picture.limits).map_err(|e| Failure::load(&e).at(&path))?;
     let picture = found.ok_or_else(|| Failure::failed("there is no picture in it").at(&path))?;
     write(task, target, &picture, "as --embedded asks")
 }
@@ -52,11 +54,11 @@ pub(super) fn show(task: &mut RenderTask, target: &OutputFile) -> Result<(), Fai
 /// # Errors
 /// [`Failure`] if it cannot be written.
 pub(super) fn show_instead(task: &mut RenderTask, target: &OutputFile, why: &str) -> Result<bool, Failure> {
-    let path = &task.source.path;
+    let path = &task.picture.source.path;
     if task.embedded != Embedded::WithoutModel || is_standard_input(path) {
         return Ok(false);
     }
-    let Ok(Some(picture)) = embedded_picture(path, &task.limits) else { return Ok(false) };
+    let Ok(Some(picture)) = embedded_picture(path, &task.picture.limits) else { return Ok(false) };
     write(task, target, &picture, why)?;
     Ok(true)
 }
@@ -77,12 +79,12 @@ fn write(
         "the file's own picture is shown ({place}, {} x {} pixels), {why}",
         image.width, image.height
     ));
-    let mut fitted = picture.fitted([task.options.width, task.options.height]);
-    if let Some(colour) = task.display.background {
+    let mut fitted = picture.fitted([task.picture.options.width, task.picture.options.height]);
+    if let Some(colour) = task.picture.display.background {
         lay_over(&mut fitted, colour);
     }
     let (width, height) = (fitted.width, fitted.height);
-    let encoded = target.encode(&Pixels::Image(fitted), &task.display)?;
+    let encoded = target.encode(&Pixels::Image(fitted), &task.picture.display)?;
     task.progress.finish();
     encoded.write()?;
     task.finish(std::slice::from_ref(&warning));

@@ -2,11 +2,12 @@
 
 use super::args::FormatsArgs;
 use super::failure::Failure;
-use super::report::{self, Versions};
+use super::report;
 use overcoat_core::formats::FileFormat;
 use overcoat_image::decode;
 use overcoat_image::output::{MovieFormat, OutputFormat};
 use overcoat_load::{ENVIRONMENT_FORMATS, Format, TEXTURE_FORMATS};
+use overcoat_worker::report::Versions;
 use serde::Serialize;
 use std::fmt::Write;
 

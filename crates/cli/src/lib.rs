@@ -8,17 +8,15 @@ pub mod args;
 pub mod attempt;
 mod ball;
 mod bench;
-mod camera_report;
 mod compare;
 pub mod conformance;
 mod contact;
-mod coverage_check;
 mod default_command;
 mod default_output;
 mod diff;
 mod embedded;
 mod environment_cache;
-pub mod failure;
+mod failure;
 mod file_uri;
 mod formats_command;
 pub mod golden;
@@ -28,31 +26,24 @@ pub mod input;
 pub mod install;
 pub mod lab;
 mod label;
-pub mod limit_values;
-pub mod losses;
 mod materials_command;
-mod memory_bound;
 mod movie_frames;
 mod movie_output;
 mod names;
 mod output_file;
-pub mod picture_format;
 mod progress;
 mod render;
-mod render_report;
 mod render_task;
 mod report;
 mod sandbox;
 mod sheet;
 mod short_help;
-mod signals;
 mod terminal_size;
 mod thumbnail;
 pub mod thumbnail_limits;
 pub mod translate;
 pub mod turntable;
 pub mod value_parsers;
-pub mod worker;
 
 use args::{Cli, Command};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -74,7 +65,7 @@ pub fn run() -> ExitCode {
 /// be given up, and signals are listened to. Returns the exit code.
 #[must_use]
 pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
-    signals::listen();
+    overcoat_worker::signals::listen();
     let arguments = arguments.into_iter().map(Into::into).collect();
     let done = match short_help::parse(default_command::completed(arguments)) {
         Ok(mut cli) => {
@@ -124,7 +115,7 @@ fn confine(cli: &mut Cli) -> Result<(), Failure> {
         }
     }
     // Another program does these, in workers that have sandboxes of their own.
-    let is_handed_over = matches!(cli.command, Command::Batch(_) | Command::Serve(_));
+    let is_handed_over = matches!(cli.command, Command::Batch(_) | Command::Serve(_) | Command::Mcp(_));
     if cli.sandbox && !is_handed_over { sandbox::enter(&mut cli.command) } else { Ok(()) }
 }
 
@@ -150,6 +141,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Man(args) => install::man(args),
         Command::Batch(args) => hand_over::run("batch", args),
         Command::Serve(args) => hand_over::run("serve", args),
+        Command::Mcp(args) => hand_over::run("mcp", args),
         Command::Attempt(args) => attempt::run(args),
     }
 }

@@ -1,18 +1,21 @@
 //! Common work of the commands that make moving pictures: frame after frame, then what is left is written.
 
 use super::args::MovieArgs;
-use super::camera_report::CameraReport;
 use super::failure::Failure;
-use super::losses::{clipped, left_out, limited, lost_tint, lowered_exposure, texture_losses};
 use super::movie_output::{MovieOutput, MovieWriter};
-use super::render_task::{RenderTask, RenderedPicture};
-use super::report::{self, MovieReport, Versions, VisibilityReport};
+use super::render_task::RenderTask;
+use super::report::MovieReport;
 use overcoat_core::frame::{DisplayOptions, Meter};
 use overcoat_core::limits::Limits;
 use overcoat_description::ground_name;
 use overcoat_load::Warning;
 use overcoat_render::Renderer;
 use overcoat_scene::{Bounds, Camera, Orientation, Scene};
+use overcoat_worker::camera_report::CameraReport;
+use overcoat_worker::losses::{clipped, left_out, limited, lost_tint, lowered_exposure, texture_losses};
+use overcoat_worker::picture_task::RenderedPicture;
+use overcoat_worker::report::{UpReport, Versions, VisibilityReport};
+use overcoat_worker::resources;
 
 /// As many frames as fit best, at least one.
 pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
@@ -73,7 +76,7 @@ impl MovieFrames {
         args: &MovieArgs,
         frames: u32,
     ) -> Result<Self, Failure> {
-        Limits::check(|| "moving picture".to_owned(), frames.into(), task.limits.frames, "frames")
+        Limits::check(|| "moving picture".to_owned(), frames.into(), task.picture.limits.frames, "frames")
             .map_err(|e| Failure::limit(&e))?;
         target.check(frames as usize, &task.inputs)?;
         if args.max_bytes.is_some() && !target.is_one_file() {
@@ -81,11 +84,11 @@ impl MovieFrames {
         }
         let goal = args.max_bytes.map(|bytes| Goal {
             bytes,
-            size: [task.options.width, task.options.height],
+            size: [task.picture.options.width, task.picture.options.height],
             scale: 1.0,
-            display: task.display.clone(),
+            display: task.picture.display.clone(),
         });
-        let movie = MovieWriter::new(target, task.display.clone(), task.limits.clone());
+        let movie = MovieWriter::new(target, task.picture.display.clone(), task.picture.limits.clone());
         let (warnings, coverage, tint) = (Vec::new(), None, None);
         Ok(Self {
             task,
@@ -110,7 +113,7 @@ impl MovieFrames {
 
     /// Puts the floor of all frames under a box, see [`RenderOptions::ground_under`](overcoat::RenderOptions::ground_under).
     pub(super) fn put_ground_under(&mut self, bounds: Option<Bounds>) {
-        self.task.options.ground_under = bounds;
+        self.task.picture.options.ground_under = bounds;
     }
 
     /// The number of the frame that is to be rendered next, `None` when all are there. Begins again with smaller pictures where
@@ -148,7 +151,7 @@ impl MovieFrames {
         let scale = (goal.scale * factor.min(0.95)).max(smallest);
         let [width, height] = goal.size.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
         if goal.scale <= smallest {
-            let [width, height] = [self.task.options.width, self.task.options.height];
+            let [width, height] = [self.task.picture.options.width, self.task.picture.options.height];
             return Err(Failure::failed(format!(
                 "--max-bytes {}: {} frames of {width} x {height} pixels take about {bytes} bytes, and smaller ones show nothing; \
                  --fps and --frames make fewer",
@@ -156,8 +159,8 @@ impl MovieFrames {
             )));
         }
         goal.scale = scale;
-        self.task.display = goal.display.clone();
-        (self.task.options.width, self.task.options.height) = (width, height);
+        self.task.picture.display = goal.display.clone();
+        (self.task.picture.options.width, self.task.picture.options.height) = (width, height);
         self.movie.clear();
         self.warnings.clear();
         (self.coverage, self.tint, self.next) = (None, None, 0);
@@ -167,7 +170,7 @@ impl MovieFrames {
     /// Warning about pictures that are smaller than they were asked for.
     fn smaller_pictures(&self) -> Option<Warning> {
         let goal = self.goal.as_ref().filter(|goal| goal.scale < 1.0)?;
-        let ([width, height], options) = (goal.size, &self.task.options);
+        let ([width, height], options) = (goal.size, &self.task.picture.options);
         Some(Warning::new(format!(
             "{} x {} pixels in place of {width} x {height}: the file may have {} bytes",
             options.width, options.height, goal.bytes
@@ -188,23 +191,30 @@ impl MovieFrames {
         self.task.progress.step(format!("frame {} of {}", k + 1, self.frames), k, self.frames);
         // Frames are only for the report, which names their hash.
         let for_screen = !self.task.json;
-        let RenderedPicture { pixels, tinted, clipping, exposure, stats } =
-            self.task.render_picture(&self.task.source, renderer, scene, camera, for_screen)?;
+        let RenderedPicture { pixels, tinted, clipping, exposure, stats } = self
+            .task
+            .picture
+            .render_picture(&self.task.picture.source, renderer, scene, camera, for_screen)?;
         if k == 0 {
-            let display = self.task.display_of(scene);
+            let display = self.task.picture.display_of(scene);
             self.warnings.extend(clipped(scene, &display, clipping));
             self.warnings.extend(lowered_exposure(&display, exposure));
             // The exposure metered in the first frame holds for all.
-            self.task.display = self.task.display.clone().with_exposure(exposure).with_meter(Meter::Never);
+            self.task.picture.display =
+                self.task.picture.display.clone().with_exposure(exposure).with_meter(Meter::Never);
             self.orientation = scene.orientation();
-            self.camera = Some(CameraReport::new(camera, scene, &self.task.options));
+            self.camera = Some(CameraReport::new(camera, scene, &self.task.picture.options));
         }
-        self.movie.show_as(self.task.display_of(scene));
+        self.movie.show_as(self.task.picture.display_of(scene));
         self.movie.push(&pixels)?;
-        let options = &self.task.options;
+        let options = &self.task.picture.options;
         // One frame that shows something is enough.
         if k == 0 || self.coverage.is_some() {
-            let coverage = self.task.check_coverage(&self.task.source, scene, camera, &stats).transpose();
+            let coverage = self
+                .task
+                .picture
+                .check_coverage(&self.task.picture.source, scene, camera, &stats)
+                .transpose();
             if k == 0 || !matches!(coverage, Some(Err(_))) {
                 self.coverage = coverage;
             }
@@ -212,11 +222,11 @@ impl MovieFrames {
         if k == 0 {
             self.warnings.extend(limited(&stats));
             self.warnings.extend(left_out(scene, options.shading));
-            self.shading = report::shading_name(options.shading, scene);
+            self.shading = overcoat_worker::report::shading_name(options.shading, scene);
         }
         self.warnings.extend(texture_losses(scene, &self.warnings));
         if self.tint.is_none() {
-            self.tint = lost_tint(tinted, &self.task.display);
+            self.tint = lost_tint(tinted, &self.task.picture.display);
         }
         pixels.recycle(renderer);
         self.next = k + 1;
@@ -251,20 +261,19 @@ impl MovieFrames {
             frames_a_second,
             frames_hash,
             bytes,
-            width: task.options.width,
-            height: task.options.height,
-            samples: task.options.samples,
-            visibility: VisibilityReport::new(&task.options.visibility),
-            ground: ground_name(task.options.ground),
-            ground_reflection: task.options.ground_reflection,
-            shading_rate: task.options.shading_rate,
-            shade_everywhere: task.options.shade_everywhere,
+            width: task.picture.options.width,
+            height: task.picture.options.height,
+            samples: task.picture.options.samples,
+            visibility: VisibilityReport::new(&task.picture.options.visibility),
+            ground: ground_name(task.picture.options.ground),
+            ground_reflection: task.picture.options.ground_reflection,
+            shading_rate: task.picture.options.shading_rate,
+            shade_everywhere: task.picture.options.shade_everywhere,
             shading,
-            exposure: task.display.exposure,
-            up_axis: orientation.up.name(),
-            up_is_by_shape: orientation.up_is_by_shape,
+            exposure: task.picture.display.exposure,
+            up: UpReport::from(orientation),
             camera,
-            peak_rss_bytes: report::peak_rss_bytes(),
+            peak_rss_bytes: resources::peak_rss_bytes(),
             warnings: warnings.iter().map(ToString::to_string).collect(),
             versions: Versions::default(),
         }

@@ -7,8 +7,7 @@ use super::names::numbered;
 use super::output_file::{
     Encoded, check_file, check_quality, check_standard_output, file_format, output_failure, remove,
 };
-use super::picture_format::PictureFormat;
-use super::render_task::{Pixels, RenderTask};
+use super::render_task::RenderTask;
 use overcoat_core::frame::{DisplayImage, DisplayOptions};
 use overcoat_core::limits::Limits;
 use overcoat_description::is_standard_stream;
@@ -16,6 +15,8 @@ use overcoat_image::output::{
     DEFAULT_JPEG_QUALITY, MovieFormat, MovieFrame, OutputError, OutputFormat, OutputOptions, durations,
     encode_image, encode_movie,
 };
+use overcoat_worker::picture_format::PictureFormat;
+use overcoat_worker::picture_task::Pixels;
 use std::path::{Path, PathBuf};
 
 /// A place for frames.

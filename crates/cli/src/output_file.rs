@@ -3,8 +3,6 @@
 use super::args::PictureEncodingArgs;
 use super::default_output;
 use super::failure::Failure;
-use super::picture_format::PictureFormat;
-use super::render_task::Pixels;
 use overcoat_core::frame::Aov;
 use overcoat_core::frame::{DisplayImage, DisplayOptions};
 use overcoat_description::is_standard_stream;
@@ -12,6 +10,8 @@ use overcoat_image::output::{
     DEFAULT_JPEG_QUALITY, OutputError, OutputFormat, OutputOptions, destination, encode, encode_aov_png,
     encode_image, encode_terminal, fill_or_write_atomically, write_atomically,
 };
+use overcoat_worker::picture_format::PictureFormat;
+use overcoat_worker::picture_task::Pixels;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::Xxh3;

@@ -3,12 +3,9 @@
 use super::args::{DrawArgs, RenderArgs};
 use super::embedded::{self, Embedded};
 use super::failure::{Failure, file_name};
-use super::losses::{left_out, limited, losses, texture_losses};
 use super::output_file::{OutputFile, is_standard_output};
-use super::picture_format::PictureFormat;
-use super::render_report::{RenderReport, Told};
-use super::render_task::{Pixels, RenderTask, RenderedPicture};
-use super::report::{self, Stages};
+use super::render_task::RenderTask;
+use super::report;
 use super::terminal_size;
 use overcoat_core::frame::Meter;
 use overcoat_description::{BackgroundChoice, Description};
@@ -16,6 +13,11 @@ use overcoat_image::output::TerminalFormat;
 use overcoat_load::Loaded;
 use overcoat_render::Ground;
 use overcoat_scene::Scene;
+use overcoat_worker::losses::{left_out, limited, losses, texture_losses};
+use overcoat_worker::picture_format::PictureFormat;
+use overcoat_worker::picture_task::{Pixels, RenderedPicture};
+use overcoat_worker::render_report::{RenderReport, Told};
+use overcoat_worker::report::Stages;
 use std::time::Instant;
 
 /// Renders one model to one picture.
@@ -40,14 +42,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if args.embedded {
         task.embedded = Embedded::Always;
     }
-    task.options.aovs.clone_from(&args.aov);
-    task.options.aovs.dedup();
-    task.options.stage_hashes = args.stage_hashes;
+    task.picture.options.aovs.clone_from(&args.aov);
+    task.picture.options.aovs.dedup();
+    task.picture.options.stage_hashes = args.stage_hashes;
     if target.format().is_linear() {
         let display_only = [
             (draw.options.has("tone-map"), "--tone-map"),
             (draw.options.has("exposure"), "--exposure"),
-            (task.display.background.is_some(), "a background colour"),
+            (task.picture.display.background.is_some(), "a background colour"),
         ];
         for (_, option) in display_only.into_iter().filter(|(given, _)| *given) {
             let message = format!("{option} has no effect on a linear picture (.{})", target.format());
@@ -92,10 +94,10 @@ pub(super) fn carry_out(
     if task.embedded == Embedded::Always {
         return embedded::show(&mut task, target);
     }
-    task.progress.stage(format!("loading {}", file_name(&task.source.path)));
+    task.progress.stage(format!("loading {}", file_name(&task.picture.source.path)));
     let mut stages = Stages::default();
     let mut renderer = draw.renderer();
-    let loaded = task.load(renderer.jobs(), &mut stages);
+    let loaded = task.picture.load(renderer.jobs(), &mut stages);
     let why = match &loaded {
         Ok(loaded) if has_nothing(&loaded.scene) => Some("there is no model in it".to_owned()),
         // A model beyond the limits could be drawn with others.
@@ -108,25 +110,25 @@ pub(super) fn carry_out(
         return Ok(());
     }
     let Loaded { scene, mut warnings, .. } = loaded?;
-    let source = &task.source;
-    let camera = task.camera(source, &scene)?;
+    let source = &task.picture.source;
+    let camera = task.picture.camera(source, &scene)?;
     task.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
     // The report names the frame's bits; nothing else needs more than the screen's.
     let for_screen = target.takes_image() && !task.json;
     let RenderedPicture { pixels, tinted, clipping, exposure, stats } =
-        task.render_picture(source, &mut renderer, &scene, &camera, for_screen)?;
+        task.picture.render_picture(source, &mut renderer, &scene, &camera, for_screen)?;
     for &(name, time) in stats.stages() {
         stages.add(name, time);
     }
-    let shading = task.options.shading;
-    let display = task.display_of(&scene);
+    let shading = task.picture.options.shading;
+    let display = task.picture.display_of(&scene);
     warnings.extend(texture_losses(&scene, &warnings));
     warnings.extend(match target.format() {
         format if format.is_linear() => left_out(&scene, shading).collect(),
         _ => losses(&scene, shading, (&display, exposure), tinted, clipping),
     });
     warnings.extend(limited(&stats));
-    match task.check_coverage(source, &scene, &camera, &stats) {
+    match task.picture.check_coverage(source, &scene, &camera, &stats) {
         Ok(warning) => warnings.extend(warning),
         Err(failure) => {
             task.finish(&warnings);
@@ -150,7 +152,7 @@ pub(super) fn carry_out(
     }
     let frame_hash = stages.time("hash", || frame.frame_hash());
     let told = Told {
-        task: &task,
+        task: &task.picture,
         scene: &scene,
         camera: &camera,
         stats: &stats,

@@ -3,12 +3,12 @@
 use super::args::{Command, DrawArgs};
 use super::failure::Failure;
 use super::golden::{AcceptArgs, FolderArgs, GoldenArgs, GoldenCommand, ResultArgs};
-use super::report;
 use overcoat_core::jobs::MAX_THREADS;
 use overcoat_description::{Description, EnvironmentChoice, is_standard_input, is_standard_stream};
 use overcoat_image::output::destination;
 use overcoat_load::has_folder;
 use overcoat_sandbox::{Grants, SandboxError};
+use overcoat_worker::resources;
 use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 
@@ -18,7 +18,7 @@ use std::slice::from_ref;
 /// [`Failure`]; nothing has been read then.
 pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
     // Both ask files of the system that will be out of reach.
-    report::keep_status_open();
+    resources::keep_status_open();
     count_threads(command);
     let mut grants = writes(command);
     let Some(scene) = draw_of(command).and_then(|draw| draw.scene.clone()) else {
@@ -41,7 +41,7 @@ pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
 
 /// The same, as far as this system lets it, for a command that has no scene file: what could not be given up, and why.
 pub(super) fn enter_as_far_as_possible(command: &mut Command) -> Vec<SandboxError> {
-    report::keep_status_open();
+    resources::keep_status_open();
     count_threads(command);
     let mut grants = writes(command);
     reads(command, Description::default(), &mut grants);
@@ -81,6 +81,7 @@ impl<'a> Files<'a> {
             | Command::Man(_)
             | Command::Batch(_)
             | Command::Serve(_)
+            | Command::Mcp(_)
             | Command::Attempt(_) => (None, [].as_slice(), None),
         };
         Self { draw, models, output: output.map(PathBuf::as_path) }
@@ -127,6 +128,7 @@ fn count_threads(command: &mut Command) {
         | Command::Man(_)
         | Command::Batch(_)
         | Command::Serve(_)
+        | Command::Mcp(_)
         | Command::Attempt(_) => return,
     };
     if workers.threads == 0 {

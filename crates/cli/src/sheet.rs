@@ -1,17 +1,19 @@
 //! `overcoat sheet`: many models on one labelled contact sheet.
 
 use super::args::SheetArgs;
-use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::{Failure, file_name};
-use super::input::ModelSource;
-use super::losses::{limited, losses, texture_losses};
 use super::render_task::RenderTask;
-use super::report::{self, Stages, Versions};
+use super::report;
 use overcoat_core::frame::DisplayImage;
 use overcoat_description::{Setting, is_standard_stream};
 use overcoat_render::{RenderStats, Renderer};
 use overcoat_scene::{PrimitiveKind, Scene};
+use overcoat_worker::camera_report::CameraReport;
+use overcoat_worker::losses::{limited, losses, texture_losses};
+use overcoat_worker::model_source::ModelSource;
+use overcoat_worker::report::{Stages, Versions};
+use overcoat_worker::resources;
 use serde::Serialize;
 use std::path::Path;
 
@@ -51,14 +53,21 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     let mut description = args.draw.describe(&args.inputs)?;
     description.size.get_or_insert(DEFAULT_CELL);
     let mut task = RenderTask::new(&args.draw, description, &args.inputs)?;
-    let cell = [task.options.width, task.options.height];
+    let cell = [task.picture.options.width, task.picture.options.height];
     let count = args.inputs.len();
-    let mut sheet =
-        ContactSheet::new(&args.output, &task.inputs, task.json, count, &args.cells, cell, &task.limits)?;
+    let mut sheet = ContactSheet::new(
+        &args.output,
+        &task.inputs,
+        task.json,
+        count,
+        &args.cells,
+        cell,
+        &task.picture.limits,
+    )?;
 
     let mut renderer = args.draw.renderer();
     // Environment and materials are the same for all cells; they are loaded once.
-    let mut setting = task.setting(renderer.jobs())?;
+    let mut setting = task.picture.setting(renderer.jobs())?;
     let warnings: Vec<String> =
         std::mem::take(&mut setting.warnings).iter().map(ToString::to_string).collect();
     for warning in &warnings {
@@ -96,7 +105,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     sheet.write()?;
     task.finish(&[]);
     if task.json {
-        let peak_rss_bytes = report::peak_rss_bytes();
+        let peak_rss_bytes = resources::peak_rss_bytes();
         let versions = Versions::default();
         report::print_json(&Report { width, height, cells: reports, peak_rss_bytes, warnings, versions })?;
     }
@@ -114,20 +123,21 @@ fn render_cell(
     renderer: &mut Renderer,
     report: &mut CellReport,
 ) -> Result<(DisplayImage, String), Failure> {
-    let loaded = task.load_into(setting, source, renderer.jobs(), &mut Stages::default())?;
+    let loaded = task.picture.load_into(setting, source, renderer.jobs(), &mut Stages::default())?;
     let scene = &loaded.scene;
-    let camera = task.camera(source, scene)?;
-    let rendered = task.render(source, renderer, scene, &camera)?;
+    let camera = task.picture.camera(source, scene)?;
+    let rendered = task.picture.render(source, renderer, scene, &camera)?;
     let tinted = rendered.frame.is_tinted();
-    let display = task.display_of(scene);
-    let clipping = task.clipping(scene, &rendered.frame);
+    let display = task.picture.display_of(scene);
+    let clipping = task.picture.clipping(scene, &rendered.frame);
     let metered = display.metered(&rendered.frame);
-    let mut losses = losses(scene, task.options.shading, (&display, metered.exposure), tinted, clipping);
+    let mut losses =
+        losses(scene, task.picture.options.shading, (&display, metered.exposure), tinted, clipping);
     losses.extend(limited(&rendered.stats));
     losses.extend(texture_losses(scene, &loaded.warnings));
     let display = metered;
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();
-    let coverage = task.check_coverage(source, scene, &camera, &rendered.stats)?;
+    let coverage = task.picture.check_coverage(source, scene, &camera, &rendered.stats)?;
     report.warnings.extend(coverage.map(|warning| warning.to_string()));
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.exposure = Some(display.exposure);
@@ -137,7 +147,7 @@ fn render_cell(
     if let Some(note) = report::note_of_up(orientation) {
         task.reporter.note(format_args!("{}: {note}", report.file));
     }
-    report.camera = Some(CameraReport::new(&camera, scene, &task.options));
+    report.camera = Some(CameraReport::new(&camera, scene, &task.picture.options));
     report.triangles = Some(rendered.stats.triangles);
     let what = content(scene, &rendered.stats);
     Ok((DisplayImage::new(&rendered.frame, &display), what))

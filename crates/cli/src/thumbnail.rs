@@ -3,12 +3,12 @@
 use super::args::{DrawArgs, InputArgs, MachineArgs, ReportArgs, ThreadArgs, ThumbnailArgs};
 use super::embedded::Embedded;
 use super::failure::Failure;
-use super::memory_bound::bound_memory;
 use super::output_file::OutputFile;
 use super::render;
 use super::render_task::RenderTask;
 use super::thumbnail_limits::within_thumbnail_limits;
 use overcoat_image::output::OutputFormat;
+use overcoat_worker::memory_bound::bound_memory;
 use std::slice::from_ref;
 use std::time::Instant;
 

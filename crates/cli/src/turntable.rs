@@ -5,12 +5,13 @@ use super::failure::{Failure, file_name};
 use super::movie_frames::{MovieFrames, frame_count};
 use super::movie_output::MovieOutput;
 use super::render_task::RenderTask;
-use super::report::Stages;
 use overcoat_core::math::double::sin_cos;
 use overcoat_description::{Description, DescriptionError};
 use overcoat_load::Loaded;
 use overcoat_render::RenderOptions;
 use overcoat_scene::{Camera, Environment, Fit, Light, LightKind, Scene, SceneError, Transform};
+use overcoat_worker::picture_task::PictureTask;
+use overcoat_worker::report::Stages;
 use std::f64::consts::TAU;
 
 /// Directions from which a model is fitted into the picture at most: the camera would have to be farther away by less than
@@ -33,16 +34,18 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     let frames = args.frames.unwrap_or_else(|| frame_count(seconds, args.movie.fps));
     let mut movie = MovieFrames::new(task, target, &args.movie, frames)?;
 
-    let RenderTask { source, description, options, progress, .. } = movie.task();
+    let RenderTask { progress, picture, .. } = movie.task();
+    let PictureTask { source, description, options, .. } = picture;
     let about = |failure: Failure| failure.at(&source.path);
     progress.stage(format!("loading {}", file_name(&source.path)));
     let mut renderer = draw.renderer();
-    let Loaded { mut scene, warnings, .. } = movie.task().load(renderer.jobs(), &mut Stages::default())?;
+    let Loaded { mut scene, warnings, .. } = picture.load(renderer.jobs(), &mut Stages::default())?;
     let turning =
         Turning::new(description, &scene, options, frames, args.turn).map_err(|e| about(Failure::from(e)))?;
     while let Some(k) = movie.next_frame()? {
-        let eye =
-            turning.pose(k, &mut scene).map_err(|e| Failure::scene(&e).at(&movie.task().source.path))?;
+        let eye = turning
+            .pose(k, &mut scene)
+            .map_err(|e| Failure::scene(&e).at(&movie.task().picture.source.path))?;
         movie.render_frame(k, &mut renderer, &scene, &eye)?;
     }
     movie.finish(warnings)
@@ -154,7 +157,7 @@ fn turn_light(
     angle: f64,
 ) -> Result<(), SceneError> {
     let rotation_degrees = environment.rotation_degrees + angle.to_degrees() as f32;
-    scene.set_environment(Environment { rotation_degrees, ..environment.clone() })?;
+    scene.set_environment(environment.clone().with(|e| e.rotation_degrees = rotation_degrees))?;
     scene.clear_lights();
     let turning = sin_cos(angle);
     for (k, light) in lights.iter().enumerate() {

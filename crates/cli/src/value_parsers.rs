@@ -1,8 +1,6 @@
 //! The values of options: how each is written and what it means.
 
-pub use super::limit_values::{LIMIT_NAMES, bytes, limit, limits, memory, set_limit};
 use super::names::around_last_equals;
-use super::picture_format::PictureFormat;
 use clap::builder::{OsStringValueParser, PossibleValue, TypedValueParser};
 use clap::{Arg, Command};
 use overcoat_core::frame::Aov;
@@ -12,6 +10,8 @@ pub use overcoat_description::{background, position, seconds, size};
 use overcoat_image::output::OutputFormat;
 use overcoat_load::BuiltinMaterial;
 use overcoat_scene::ShadingModel;
+pub use overcoat_worker::limit_values::{LIMIT_NAMES, bytes, limit, limits, memory, set_limit};
+use overcoat_worker::picture_format::PictureFormat;
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::PathBuf;

@@ -3,7 +3,6 @@
 use super::formats::{extensions, model_files};
 use super::options::{Drawing, Options, Reading};
 use crate::environment_cache::keep_environments;
-use crate::picture_format::PictureFormat;
 use crate::report::Reporter;
 use crate::value_parsers;
 use clap::Args;
@@ -15,6 +14,7 @@ use overcoat_image::output::OutputFormat;
 use overcoat_render::Renderer;
 use overcoat_scene::Axis;
 use overcoat_scene::ShadingModel;
+use overcoat_worker::picture_format::PictureFormat;
 use std::path::PathBuf;
 
 /// Help of an option that takes shading models: what it is, and all of them.

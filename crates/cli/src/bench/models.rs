@@ -3,13 +3,14 @@
 use super::report::{Hash, Measurement, Model, Times};
 use crate::args::BenchArgs;
 use crate::failure::{Failure, file_name};
-use crate::input::{self, ModelSource};
-use crate::render_task::{Pixels, RenderTask, RenderedPicture};
-use crate::report;
+use crate::render_task::RenderTask;
 use overcoat_description::{Setting, is_standard_input};
 use overcoat_image::output::encode_png;
 use overcoat_load::{Loaded, Warning, has_folder};
 use overcoat_render::{RenderStats, Renderer};
+use overcoat_worker::model_source::{ModelSource, load};
+use overcoat_worker::picture_task::{PictureTask, Pixels, RenderedPicture};
+use overcoat_worker::resources;
 use std::time::{Duration, Instant};
 
 /// Measures frames that load a model each. What does not depend on the model (environment, materials, the renderer) is
@@ -26,7 +27,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
     task.progress.stage("loading");
     let mut renderer = args.draw.renderer();
-    let setting = task.setting(renderer.jobs())?;
+    let setting = task.picture.setting(renderer.jobs())?;
     let mut measurement = Measurement::default();
     setting.warnings.iter().for_each(|warning| task.reporter.warning(warning));
     measurement.warnings.extend(setting.warnings.iter().map(ToString::to_string));
@@ -50,9 +51,9 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     for round in 1..=rounds {
         for (k, source) in task.sources().enumerate() {
             task.progress.stage(format!("round {round} of {rounds}: {} of {models}", k + 1));
-            let before = report::processor_time();
+            let before = resources::processor_time();
             let (wall, made) = service.picture(source, &mut renderer)?;
-            measurement.add_frame(wall, [before, report::processor_time()]);
+            measurement.add_frame(wall, [before, resources::processor_time()]);
             measurement.add_stage("load", made.load);
             measurement.add_stage("prepare", made.prepare);
             let hash = Hash::new(&made.pixels);
@@ -80,7 +81,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
     task.finish(&[]);
     let shading = shading.unwrap_or_default();
-    measurement.print(task.json, &task.options, shading, renderer.jobs().threads())
+    measurement.print(task.json, &task.picture.options, shading, renderer.jobs().threads())
 }
 
 /// State kept from one model to the next, beside the renderer.
@@ -112,21 +113,21 @@ struct Made {
 impl Service<'_> {
     /// From a file to a frame and, if it is asked for, a PNG in memory. Returns how long all of it took.
     fn picture(&self, source: &ModelSource, renderer: &mut Renderer) -> Result<(Duration, Made), Failure> {
-        let RenderTask { description, options, limits, .. } = self.task;
+        let PictureTask { description, options, limits, .. } = &self.task.picture;
         let about = |failure: Failure| failure.at(&source.path);
         let start = Instant::now();
-        let Loaded { mut scene, mut warnings, .. } = input::load(source, limits, renderer.jobs())?;
+        let Loaded { mut scene, mut warnings, .. } = load(source, limits, renderer.jobs())?;
         let load = start.elapsed();
 
         self.setting.apply(description, &mut scene, limits).map_err(|e| about(e.into()))?;
-        let camera = self.task.camera(source, &scene)?;
-        let shading = report::shading_name(options.shading, &scene);
+        let camera = self.task.picture.camera(source, &scene)?;
+        let shading = overcoat_worker::report::shading_name(options.shading, &scene);
         let prepare = start.elapsed() - load;
 
         let RenderedPicture { pixels, stats, .. } =
-            self.task.render_picture(source, renderer, &scene, &camera, self.for_screen)?;
+            self.task.picture.render_picture(source, renderer, &scene, &camera, self.for_screen)?;
         if stats.covered == 0 {
-            warnings.extend(self.task.check_coverage(source, &scene, &camera, &stats)?);
+            warnings.extend(self.task.picture.check_coverage(source, &scene, &camera, &stats)?);
         }
         let mut encoding = None;
         if let (true, Pixels::Image(image)) = (self.png, &pixels) {

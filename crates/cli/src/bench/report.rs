@@ -1,10 +1,12 @@
 //! Measurements, and how they are printed.
 
 use crate::failure::Failure;
-use crate::render_task::Pixels;
-use crate::report::{self, Versions, milliseconds};
+use crate::report;
 use overcoat_core::frame::DisplayImage;
 use overcoat_render::{RenderOptions, RenderStats};
+use overcoat_worker::picture_task::Pixels;
+use overcoat_worker::report::{Versions, milliseconds};
+use overcoat_worker::resources;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -209,7 +211,7 @@ impl Measurement {
             stages_ms: self.stages.iter_mut().map(|(name, times)| (*name, Times::new(times))).collect(),
             hash: if self.images { AllHash::Images(hash) } else { AllHash::Frames(hash) },
             models: self.models,
-            peak_rss_bytes: report::peak_rss_bytes(),
+            peak_rss_bytes: resources::peak_rss_bytes(),
             warnings: self.warnings,
             versions: Versions::default(),
         };

@@ -6,15 +6,16 @@ mod pack;
 mod score;
 
 use super::args::{ReportArgs, ThreadArgs};
-use super::failure::Failure;
 use super::lab::DEFAULT_MODELS;
 use super::progress::Progress;
-use super::report::{self, Reporter, Versions};
+use super::report::{self, Reporter};
 use super::value_parsers;
+use crate::failure::{self, Failure};
 use clap::Args;
 use overcoat_core::suggest::{nearest_name, suggestion};
 use overcoat_lab::lab::conformance::{Engines, SCENES, Scene};
 use overcoat_scene::ShadingModel;
+use overcoat_worker::report::Versions;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -111,7 +112,7 @@ pub fn run(args: &ConformanceArgs) -> Result<(), Failure> {
     let is_asked =
         |scene: &&Scene| args.scenes.is_empty() || args.scenes.iter().any(|s| s.name == scene.name);
     let scenes: Vec<Scene> = SCENES.iter().filter(is_asked).copied().collect();
-    let mut engines = Engines::new(args.workers.count()).map_err(|e| Failure::lab(&e))?;
+    let mut engines = Engines::new(args.workers.count()).map_err(|e| failure::lab(&e))?;
     Reporter { quiet: args.report.quiet }.threads(engines.jobs());
     let progress = Progress::new(args.report.quiet);
     let request = pack::Request {

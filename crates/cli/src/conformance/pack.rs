@@ -2,7 +2,7 @@
 
 use super::score::{Score, score, tolerance};
 use super::{Entry, VERSION, describe};
-use crate::failure::Failure;
+use crate::failure::{self, Failure};
 use crate::progress::Progress;
 use half::f16;
 use overcoat_image::output::{ExrPrecision, OutputError, encode_exr_channels};
@@ -90,11 +90,11 @@ pub(super) fn make(
         ));
         let done = |rows: usize| progress.step(name, (number * size + rows) as u32, of);
         let truth = Truth::new(scene, size, [request.samples, request.seed], engines.jobs(), done);
-        let truth = Planes32::new(&truth.map_err(|e| Failure::lab(&e.into()))?);
+        let truth = Planes32::new(&truth.map_err(|e| failure::lab(&e.into()))?);
         let path = format!("truth/{name}.exr");
         files.push((path.clone(), exr(&path, [size; 2], channels(&truth), ExrPrecision::Float)?));
         for &model in request.models {
-            let picture = engines.picture(scene, model, size).map_err(|e| Failure::lab(&e))?;
+            let picture = engines.picture(scene, model, size).map_err(|e| failure::lab(&e))?;
             // As the file has it.
             let picture: Vec<[f32; 3]> =
                 picture.into_iter().map(|p| p.map(|v| f16::from_f32(v).to_f32())).collect();

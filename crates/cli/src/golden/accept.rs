@@ -3,9 +3,10 @@
 use super::AcceptArgs;
 use super::session::Session;
 use crate::failure::{Failure, one_line};
-use crate::report::{Reporter, Versions, print, print_json};
+use crate::report::{Reporter, print, print_json};
 use overcoat_golden::accept::{Accepted, prepare, store};
 use overcoat_golden::thresholds::matches;
+use overcoat_worker::report::Versions;
 use serde::Serialize;
 use std::fmt::Write as _;
 

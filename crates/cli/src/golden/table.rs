@@ -2,8 +2,8 @@
 
 use super::session::Session;
 use crate::failure::{file_name, one_line};
-use crate::report::Versions;
 use overcoat_golden::check::{FileResult, Verdict, badness_order};
+use overcoat_worker::report::Versions;
 use serde::Serialize;
 use std::fmt::Write as _;
 

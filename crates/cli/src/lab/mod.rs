@@ -6,13 +6,14 @@ mod plot;
 pub(super) use args::DEFAULT_MODELS;
 pub use args::LabArgs;
 
-use super::failure::Failure;
 use super::output_file::{Encoded, check_file, is_standard_output};
 use super::progress::Progress;
-use super::report::{self, Reporter, Versions};
+use super::report::{self, Reporter};
+use crate::failure::{self, Failure};
 use overcoat_lab::lab::{Bench, Row, Slice, Summary, luminance};
 use overcoat_lab::truth::Samples;
 use overcoat_scene::ShadingModel;
+use overcoat_worker::report::Versions;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -90,14 +91,14 @@ pub fn run(args: &LabArgs) -> Result<(), Failure> {
             let mut maps = Vec::new();
             for (k, value) in outer.values().into_iter().enumerate() {
                 done("rows of the map", k as u32, of);
-                let inner = slice.varied(by, value).map_err(|e| Failure::lab(&e))?;
-                maps.push((value, inner.measure(&mut bench, |_| {}).map_err(|e| Failure::lab(&e))?));
+                let inner = slice.varied(by, value).map_err(|e| failure::lab(&e))?;
+                maps.push((value, inner.measure(&mut bench, |_| {}).map_err(|e| failure::lab(&e))?));
             }
             plot::errors(&slice, by, &maps)
         }
         (None, form) => {
             let rows = slice.measure(&mut bench, |k| done(slice.over.name(), k as u32, of));
-            let rows = rows.map_err(|e| Failure::lab(&e))?;
+            let rows = rows.map_err(|e| failure::lab(&e))?;
             if args.report.json {
                 drop(progress);
                 return report::print_json(&json(&slice, rows));
@@ -204,7 +205,7 @@ fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), 
     let samples = Samples::new(args.samples.into());
     let done = |done, of| progress.step("specimens", done as u32, of as u32);
     let found =
-        Summary::measure(bench, &args.models(), &specimens, &samples, done).map_err(|e| Failure::lab(&e))?;
+        Summary::measure(bench, &args.models(), &specimens, &samples, done).map_err(|e| failure::lab(&e))?;
     drop(progress);
     if args.report.json {
         let entry = |e: &overcoat_lab::lab::ModelError| SummaryEntry {

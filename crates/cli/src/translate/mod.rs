@@ -6,12 +6,12 @@ mod seen;
 
 use super::args::{CellArgs, ReportArgs, ThreadArgs};
 use super::contact::ContactSheet;
-use super::failure::Failure;
 use super::file_uri::file_or_uri;
 use super::output_file::{Encoded, check_file, is_standard_output};
 use super::progress::Progress;
-use super::report::{self, Reporter, Versions};
+use super::report::{self, Reporter};
 use super::{ball, value_parsers};
+use crate::failure::{self, Failure};
 use clap::Args;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use model::{ModelCopy, goal_in_a_file, is_model, unknown};
@@ -23,6 +23,7 @@ use overcoat_load::{Context, MaterialFile, OwnTextures, Resolver, resolver_besid
 use overcoat_render::Renderer;
 use overcoat_scene::parameters::{Kind, PARAMETERS, slots};
 use overcoat_scene::{Material, Scene, ShadingModel};
+use overcoat_worker::report::Versions;
 use seen::Flip;
 use serde::Serialize;
 use serde::ser::{Error as _, SerializeMap, Serializer};
@@ -276,7 +277,7 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
     let progress = Progress::new(args.report.quiet);
     progress.stage(format!("{} to {}", from.name(), args.to.name()));
     let found = Translator::new().translate_for(material, scene.textures(), from, &goal);
-    let found = found.map_err(|e| Failure::lab(&e))?;
+    let found = found.map_err(|e| failure::lab(&e))?;
     warnings.extend(unknown(&goal, material));
     let what = format!("{} to {}", label(source), args.to.name());
     progress.stage("drawing");

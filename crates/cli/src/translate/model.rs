@@ -2,7 +2,7 @@
 
 use super::seen::{self, Flip};
 use super::{Members, TranslateArgs, Written, told};
-use crate::failure::Failure;
+use crate::failure::{self, Failure};
 use crate::output_file::{Encoded, check_file, check_standard_output, is_standard_output};
 use crate::progress::Progress;
 use overcoat_core::limits::Limits;
@@ -183,7 +183,7 @@ impl ModelCopy {
             let there = scene.materials().iter().find(|material| untextured(material) == *original);
             let material = there.unwrap_or(original).clone();
             let found = translator.translate_for(&material, scene.textures(), from, &goal);
-            let found = found.map_err(|e| Failure::lab(&e))?;
+            let found = found.map_err(|e| failure::lab(&e))?;
             let what = self.label(index);
             let lacks = goal.lacks(&material);
             self.lacks

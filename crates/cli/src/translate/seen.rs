@@ -104,7 +104,7 @@ pub(super) fn sphere_of(
     for texture in textures {
         scene.add_texture(texture.clone()).map_err(|e| Failure::scene(&e))?;
     }
-    let material = Material { model: Some(model), ..material.clone() };
+    let material = material.clone().with(|m| m.model = Some(model));
     scene.replace_material(MaterialId::from_index(0), material).map_err(|e| Failure::scene(&e))?;
     Ok(scene)
 }
@@ -112,7 +112,7 @@ pub(super) fn sphere_of(
 /// Chooses the model of each material of a scene.
 pub(super) fn shade(scene: &mut Scene, model: impl Fn(usize) -> ShadingModel) -> Result<(), Failure> {
     for (k, material) in scene.materials().to_vec().into_iter().enumerate() {
-        let material = Material { model: Some(model(k)), ..material };
+        let material = material.with(|m| m.model = Some(model(k)));
         scene.replace_material(MaterialId::from_index(k as u32), material).map_err(|e| Failure::scene(&e))?;
     }
     Ok(())

@@ -1,13 +1,13 @@
 //! The files that a model refers to, from the worker's parent: the worker itself reads none.
 
-use super::pipe::Pipe;
-use super::protocol::{FromWorker, Missing, ToWorker};
+use crate::pipe::Pipe;
+use crate::protocol::{FromWorker, Missing, ToWorker};
 use overcoat_load::{ResolveError, Resolver};
 
 /// Asks the parent.
-pub(super) struct AskedFiles<'a> {
-    pub(super) pipe: &'a Pipe,
-    pub(super) model: &'a str,
+pub(crate) struct AskedFiles<'a> {
+    pub(crate) pipe: &'a Pipe,
+    pub(crate) model: &'a str,
 }
 
 /// An answer.

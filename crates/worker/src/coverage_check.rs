@@ -1,8 +1,8 @@
 //! Pictures that show nothing of their model, or next to nothing.
 
-use super::failure::Failure;
-use super::input::ModelSource;
-use super::render_task::RenderTask;
+use crate::failure::Failure;
+use crate::model_source::ModelSource;
+use crate::picture_task::PictureTask;
 use overcoat_load::Warning;
 use overcoat_render::{RenderStats, Unseen};
 use overcoat_scene::{Bounds, Camera, Crowd, PrimitiveKind, Scene};
@@ -12,12 +12,12 @@ const HARDLY: f64 = 1e-3;
 /// Part of the picture from which on nobody looks for strays.
 const ENOUGH: f64 = 2e-2;
 
-impl RenderTask {
+impl PictureTask {
     /// Warning about a picture that shows little of its model.
     ///
     /// # Errors
     /// [`Failure`] if it shows nothing, which is not allowed.
-    pub(super) fn check_coverage(
+    pub fn check_coverage(
         &self,
         source: &ModelSource,
         scene: &Scene,

@@ -7,7 +7,7 @@ use overcoat_render::RenderStats;
 use overcoat_scene::{EnvironmentSource, Scene, ShadingModel};
 
 /// Warnings about textures that are decoded when they are read: faults that pictures have met, beyond those in `known`.
-pub(super) fn texture_losses(scene: &Scene, known: &[Warning]) -> Vec<Warning> {
+pub fn texture_losses(scene: &Scene, known: &[Warning]) -> Vec<Warning> {
     let mut losses: Vec<Warning> = scene.texture_losses().into_iter().map(Warning::new).collect();
     losses.retain(|loss| !known.contains(loss));
     if losses.len() > MOST {
@@ -22,7 +22,7 @@ pub(super) fn texture_losses(scene: &Scene, known: &[Warning]) -> Vec<Warning> {
 const MOST: usize = 100;
 
 /// All of it, of one picture for a screen, as it was asked for and with the exposure that it has.
-pub(super) fn losses(
+pub fn losses(
     scene: &Scene,
     shading: Option<ShadingModel>,
     (display, exposure): (&DisplayOptions, f32),
@@ -66,7 +66,7 @@ pub fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<It
 }
 
 /// An object of which lights leave nothing but white and black. Black is their doing only where there is no other light.
-pub(super) fn clipped(scene: &Scene, display: &DisplayOptions, clipping: Clipping) -> Option<Warning> {
+pub fn clipped(scene: &Scene, display: &DisplayOptions, clipping: Clipping) -> Option<Warning> {
     let environment = scene.environment();
     let dark = matches!(environment.source, EnvironmentSource::None) || environment.intensity == 0.0;
     let Clipping { covered, white, black, .. } = clipping;
@@ -102,7 +102,7 @@ const CLIPPED: u64 = 98;
 
 /// Coloured glass before no surface (see [`Frame::is_tinted`](overcoat_core::frame::Frame::is_tinted)), in a picture that has one
 /// opacity for all colours and nothing behind it.
-pub(super) fn lost_tint(tinted: bool, display: &DisplayOptions) -> Option<Warning> {
+pub fn lost_tint(tinted: bool, display: &DisplayOptions) -> Option<Warning> {
     let message = "glass tints what is behind it, which a transparent picture cannot show: it is grey there; a background \
                    colour, --background env or OpenEXR shows it";
     (tinted && display.background.is_none()).then(|| Warning::new(message))

@@ -1,9 +1,10 @@
 //! Report on one picture, as `--json` prints it.
 
-use super::camera_report::CameraReport;
-use super::picture_format::PictureFormat;
-use super::render_task::RenderTask;
-use super::report::{self, Stages, Versions, VisibilityReport};
+use crate::camera_report::CameraReport;
+use crate::picture_format::PictureFormat;
+use crate::picture_task::PictureTask;
+use crate::report::{self, Stages, UpReport, Versions, VisibilityReport};
+use crate::resources::peak_rss_bytes;
 use overcoat_description::ground_name;
 use overcoat_load::Warning;
 use overcoat_render::RenderStats;
@@ -13,7 +14,7 @@ use std::time::Duration;
 
 /// All of it. Fields are only ever added.
 #[derive(Debug, Serialize)]
-pub(super) struct RenderReport {
+pub struct RenderReport {
     frame_hash: String,
     width: u32,
     height: u32,
@@ -29,10 +30,8 @@ pub(super) struct RenderReport {
     threads: usize,
     /// Stops of the picture, if it is of 8 bits.
     exposure: Option<f32>,
-    /// Axis of the model file that is up.
-    up_axis: &'static str,
-    /// True if that axis was told by the model's shape, against the custom of its format.
-    up_is_by_shape: bool,
+    #[serde(flatten)]
+    up: UpReport,
     camera: CameraReport,
     triangles: u64,
     triangles_rasterized: u64,
@@ -61,22 +60,31 @@ impl Serialize for StageHashesReport {
 }
 
 /// Facts of a picture that its report is made from.
-pub(super) struct Told<'a> {
-    pub(super) task: &'a RenderTask,
-    pub(super) scene: &'a Scene,
-    pub(super) camera: &'a Camera,
-    pub(super) stats: &'a RenderStats,
-    pub(super) format: PictureFormat,
-    pub(super) frame_hash: String,
+pub struct Told<'a> {
+    /// The work that it was.
+    pub task: &'a PictureTask,
+    /// The scene that was drawn.
+    pub scene: &'a Scene,
+    /// The camera that has taken it.
+    pub camera: &'a Camera,
+    /// Counts and times of the renderer.
+    pub stats: &'a RenderStats,
+    /// Format of the file.
+    pub format: PictureFormat,
+    /// XXH3-128 of the frame.
+    pub frame_hash: String,
     /// XXH3-128 of the file's bytes.
-    pub(super) encoded: u128,
+    pub encoded: u128,
     /// Stops.
-    pub(super) exposure: f32,
-    pub(super) threads: usize,
+    pub exposure: f32,
+    /// Threads that have drawn it.
+    pub threads: usize,
 }
 
 impl RenderReport {
-    pub(super) fn new(of: &Told<'_>, stages: Stages, total: Duration, warnings: Vec<Warning>) -> Self {
+    /// Report of a picture, of which all stages together took `total`.
+    #[must_use]
+    pub fn new(of: &Told<'_>, stages: Stages, total: Duration, warnings: Vec<Warning>) -> Self {
         let (options, stats) = (&of.task.options, of.stats);
         Self {
             frame_hash: of.frame_hash.clone(),
@@ -92,8 +100,7 @@ impl RenderReport {
             simd: options.simd.name(),
             threads: of.threads,
             exposure: (!of.format.is_linear()).then_some(of.exposure),
-            up_axis: of.scene.orientation().up.name(),
-            up_is_by_shape: of.scene.orientation().up_is_by_shape,
+            up: UpReport::from(of.scene.orientation()),
             camera: CameraReport::new(of.camera, of.scene, options),
             triangles: stats.triangles,
             triangles_rasterized: stats.triangles_rasterized,
@@ -105,7 +112,7 @@ impl RenderReport {
             }),
             stages_ms: stages,
             total_ms: report::milliseconds(total),
-            peak_rss_bytes: report::peak_rss_bytes(),
+            peak_rss_bytes: peak_rss_bytes(),
             warnings: warnings.into_iter().map(|w| w.message).collect(),
             versions: Versions::default(),
         }

@@ -1,12 +1,12 @@
 //! The two streams between a worker and its parent.
 
-use super::protocol::{self, FromWorker, ToWorker};
 use crate::failure::Failure;
+use crate::protocol::{self, FromWorker, ToWorker};
 use std::io::{self, BufReader, Stdin, Stdout, StdoutLock};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Standard input and output. One question at a time: threads that load textures share it.
-pub(super) struct Pipe {
+pub(crate) struct Pipe {
     streams: Mutex<Streams>,
 }
 
@@ -16,7 +16,7 @@ struct Streams {
 }
 
 impl Pipe {
-    pub(super) fn standard() -> Self {
+    pub(crate) fn standard() -> Self {
         Self { streams: Mutex::new(Streams { from: BufReader::new(io::stdin()), to: io::stdout() }) }
     }
 
@@ -28,7 +28,7 @@ impl Pipe {
     ///
     /// # Errors
     /// [`Failure`] if the parent is gone in the middle of one.
-    pub(super) fn receive(&self) -> Result<Option<(ToWorker, Vec<u8>)>, Failure> {
+    pub(crate) fn receive(&self) -> Result<Option<(ToWorker, Vec<u8>)>, Failure> {
         protocol::receive(&mut self.lock().from).map_err(lost)
     }
 
@@ -36,13 +36,13 @@ impl Pipe {
     ///
     /// # Errors
     /// [`Failure`] if the parent is gone.
-    pub(super) fn send(&self, message: &FromWorker, following: &[u8]) -> Result<(), Failure> {
+    pub(crate) fn send(&self, message: &FromWorker, following: &[u8]) -> Result<(), Failure> {
         let mut out: StdoutLock<'_> = self.lock().to.lock();
         protocol::send(&mut out, message, following).map_err(lost)
     }
 
     /// Says something, and waits for the answer.
-    pub(super) fn ask(&self, message: &FromWorker) -> io::Result<Option<(ToWorker, Vec<u8>)>> {
+    pub(crate) fn ask(&self, message: &FromWorker) -> io::Result<Option<(ToWorker, Vec<u8>)>> {
         let mut streams = self.lock();
         protocol::send(&mut streams.to, message, &[])?;
         protocol::receive(&mut streams.from)

@@ -6,7 +6,7 @@
 ///
 /// # Errors
 /// What the system says.
-pub(super) fn bound_memory(bytes: u64) -> std::io::Result<()> {
+pub fn bound_memory(bytes: u64) -> std::io::Result<()> {
     #[cfg(any(target_os = "linux", target_os = "android"))]
     {
         use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};

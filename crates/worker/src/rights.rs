@@ -1,16 +1,16 @@
 //! Rights that a worker gives up before the first model comes.
 
-use super::protocol::Start;
 use crate::failure::Failure;
 use crate::memory_bound::bound_memory;
-use crate::report;
+use crate::protocol::Start;
+use crate::resources;
 use overcoat_description::{Description, EnvironmentChoice};
 use overcoat_sandbox::Grants;
 
 /// Limits memory, ties the worker's life to that of its parent, and closes everything but the two streams and the files that all
 /// pictures have in common.
-pub(super) fn give_up(start: &Start, common: &Description) -> Result<(), Failure> {
-    report::keep_status_open();
+pub(crate) fn give_up(start: &Start, common: &Description) -> Result<(), Failure> {
+    resources::keep_status_open();
     bound(start)?;
     if !start.sandbox {
         return Ok(());

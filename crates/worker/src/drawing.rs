@@ -1,17 +1,18 @@
 //! The pictures of one model.
 
-use super::description_of;
-use super::files::AskedFiles;
-use super::pipe::Pipe;
-use super::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Work};
+use crate::contents::Contents;
+use crate::description_of;
 use crate::failure::Failure;
-use crate::info;
-use crate::input::ModelSource;
+use crate::files::AskedFiles;
 use crate::losses::{left_out, limited, losses, texture_losses};
+use crate::model_source::ModelSource;
 use crate::picture_format::PictureFormat;
+use crate::picture_task::{PictureTask, Pixels, RenderedPicture};
+use crate::pipe::Pipe;
+use crate::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Work};
 use crate::render_report::{self, RenderReport};
-use crate::render_task::{Pixels, RenderTask, RenderedPicture};
-use crate::report::{self, Stages};
+use crate::report::Stages;
+use crate::resources::peak_rss_bytes;
 use overcoat_core::frame::{Aov, DisplayOptions, Meter};
 use overcoat_core::limits::Limits;
 use overcoat_description::{Description, Machine, Setting};
@@ -27,13 +28,13 @@ use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_128;
 
 /// State that a worker keeps from one model to the next.
-pub(super) struct Drawing<'a> {
-    pub(super) pipe: &'a Pipe,
-    pub(super) start: Start,
-    pub(super) limits: Limits,
-    pub(super) renderer: Renderer,
+pub(crate) struct Drawing<'a> {
+    pub(crate) pipe: &'a Pipe,
+    pub(crate) start: Start,
+    pub(crate) limits: Limits,
+    pub(crate) renderer: Renderer,
     /// Materials and environment of the last picture, and what asked for them: scenes that share it share the filtered environment.
-    pub(super) setting: Option<(Description, Setting)>,
+    pub(crate) setting: Option<(Description, Setting)>,
 }
 
 /// A picture that can be begun.
@@ -54,7 +55,7 @@ struct Dressed {
 
 impl Drawing<'_> {
     /// Loads a model and draws what is asked for.
-    pub(super) fn draw(&mut self, work: &Work, bytes: &[u8]) -> Result<(), Failure> {
+    pub(crate) fn draw(&mut self, work: &Work, bytes: &[u8]) -> Result<(), Failure> {
         let planned: Vec<Result<Planned, Failure>> =
             work.pictures.iter().map(|request| self.plan(request)).collect();
         let mut wanted: Vec<usize> = (0..planned.len()).collect();
@@ -93,12 +94,12 @@ impl Drawing<'_> {
     }
 
     /// Loads a model and tells what is in it.
-    pub(super) fn inspect(&mut self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
+    pub(crate) fn inspect(&mut self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
         let jobs = self.renderer.jobs();
         let files = AskedFiles { pipe: self.pipe, model: name };
         let context = Context { resolver: &files, limits: &self.limits, jobs };
         let options = LoadOptions::default().with_variant(self.start.variant.clone());
-        let contents = info::contents_of_bytes(bytes, Path::new(name), &options, &context)?;
+        let contents = Contents::json_of_bytes(bytes, Path::new(name), &options, &context)?;
         self.pipe.send(&FromWorker::Contents, &contents)
     }
 
@@ -184,9 +185,9 @@ impl Drawing<'_> {
         let start = Instant::now();
         let Planned { format, aovs, .. } = plan;
         let source = ModelSource { path: name.into(), format: None, options: plan.options.clone() };
-        let mut task = RenderTask::quiet(plan.description.clone(), source, &self.limits)?;
+        let mut task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
         task.allow_empty = self.start.allow_empty;
-        task.behind_for(*format);
+        let behind = task.behind_for(*format);
         task.options.aovs.clone_from(aovs);
         let (scene, source) = (&model.scene, &task.source);
         let camera = task.camera(source, scene)?;
@@ -197,6 +198,7 @@ impl Drawing<'_> {
         let display = task.display_of(scene);
         let shading = task.options.shading;
         let mut warnings = model.warnings.clone();
+        warnings.extend(behind.map(Warning::new));
         warnings.extend(texture_losses(scene, &warnings));
         warnings.extend(match format.is_linear() {
             true => left_out(scene, shading).collect(),
@@ -232,7 +234,7 @@ impl Drawing<'_> {
             warnings: warnings.into_iter().map(|warning| warning.message).collect(),
             stages_ms: serde_json::to_value(&*stages).map_err(Failure::failed)?,
             triangles: stats.triangles,
-            peak_rss_bytes: report::peak_rss_bytes(),
+            peak_rss_bytes: peak_rss_bytes(),
             report,
         };
         pixels.recycle(&mut self.renderer);

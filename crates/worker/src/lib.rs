@@ -1,16 +1,35 @@
-//! A process that draws one model after another, for a parent that must not parse any: what the program for batches and for the
-//! service starts. It gives up every right first, and gets all files from the parent.
+//! Pictures as work: a description and a model become encoded files with a report and warnings, or a [`failure::Failure`]
+//! that is one line and an exit code.
+//!
+//! [`picture_task::PictureTask`] is one such piece of work, which the command line does in its own process. [`run`] makes this process
+//! a worker: it draws one model after another for a parent that must not parse any, as batches and the service do, gives up
+//! every right first, and gets all files from the parent over [`protocol`].
 
+pub mod camera_report;
+mod contents;
+mod coverage_check;
 mod drawing;
+pub mod failure;
 mod files;
+pub mod limit_values;
+pub mod losses;
+pub mod memory_bound;
+pub mod model_source;
+pub mod picture_format;
+pub mod picture_task;
 mod pipe;
 pub mod protocol;
+pub mod render_report;
+pub mod report;
+pub mod resources;
 mod rights;
+pub mod signals;
 
-use super::failure::Failure;
-use super::limit_values::set_limit;
-use super::signals;
+pub use contents::Contents;
+
 use drawing::Drawing;
+use failure::Failure;
+use limit_values::set_limit;
 use overcoat_core::limits::Limits;
 use overcoat_description::Description;
 use overcoat_render::Renderer;

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// Options that make the same picture again: `--eye`, `--target`, `--camera-up`, `--near`, and `--fov`, `--ortho=HEIGHT` or
 /// `--intrinsics`. In the coordinates of the scene, the upright model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct CameraReport {
+pub struct CameraReport {
     eye: [f64; 3],
     target: [f64; 3],
     up: [f32; 3],
@@ -52,7 +52,7 @@ impl From<CameraMatrices> for MatricesReport {
 
 impl CameraReport {
     /// Report on a camera and a picture of these options. The scene's origin is added to eye and target.
-    pub(super) fn new(camera: &Camera, scene: &Scene, options: &RenderOptions) -> Self {
+    pub fn new(camera: &Camera, scene: &Scene, options: &RenderOptions) -> Self {
         let &Camera { eye, target, up, projection, near, far, .. } = camera;
         let origin = scene.origin();
         let [eye, target] = [eye, target].map(|p| std::array::from_fn(|k| f64::from(p[k]) + origin[k]));

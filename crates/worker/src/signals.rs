@@ -7,7 +7,7 @@ const NO_MEMORY: i32 = 3;
 /// From here on a write beyond the file size limit of the process is an error like that of a full disk, and what the
 /// standard library aborts for, with a line that says why (an allocation that fails, a stack that is full), ends with
 /// the exit code of a limit.
-pub(super) fn listen() {
+pub fn listen() {
     #[cfg(unix)]
     {
         use signal_hook::consts::{SIGABRT, SIGXFSZ};

@@ -1,0 +1,249 @@
+//! Failures of commands: one line for the user and an exit code for scripts.
+
+use overcoat_core::limits::{LimitExceeded, Limits, MEMORY};
+use overcoat_description::DescriptionError;
+pub use overcoat_description::{file_name, one_line};
+use overcoat_load::{AssignError, LoadError, MaterialError, ResolveError};
+use overcoat_render::RenderError;
+use overcoat_scene::SceneError;
+use std::fmt;
+use std::path::Path;
+
+/// Message about a lack of memory.
+const NOT_ENOUGH_MEMORY: &str = "the system does not give enough memory";
+
+/// Why a command ends without its result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    kind: Kind,
+    message: String,
+    /// The limit that was passed, by the name that raises it.
+    limit: Option<String>,
+}
+
+/// The exit codes beside 0, which stands for done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// The command was understood and could not be carried out.
+    Failed = 1,
+    /// The command line asks for something that makes no sense.
+    Usage = 2,
+    /// It would cost more than [`Limits`] allow.
+    Limit = 3,
+    /// Pictures are not what they are expected to be.
+    Differ = 4,
+}
+
+impl Failure {
+    /// Exit code 1.
+    pub fn failed(message: impl fmt::Display) -> Self {
+        Self { kind: Kind::Failed, message: one_line(&message.to_string()), limit: None }
+    }
+
+    /// Exit code 2.
+    pub fn usage(message: impl fmt::Display) -> Self {
+        Self { kind: Kind::Usage, message: one_line(&message.to_string()), limit: None }
+    }
+
+    /// Exit code 3, with the option that raises the limit.
+    pub fn limit(error: &LimitExceeded) -> Self {
+        if error.field == MEMORY {
+            let message = format!("{}: {NOT_ENOUGH_MEMORY}", error.what);
+            return Self { kind: Kind::Limit, message: one_line(&message), limit: None };
+        }
+        let message = one_line(&error.to_string());
+        let failure = Self { kind: Kind::Limit, message, limit: Some(error.field.to_owned()) };
+        if error.field == "output_side" && error.limit >= Limits::LARGEST_OUTPUT_SIDE.into() {
+            return Self { message: format!("{}; it cannot be raised", failure.message), ..failure };
+        }
+        failure.raised_by(error.field)
+    }
+
+    /// Exit code 4.
+    pub fn differ(message: impl fmt::Display) -> Self {
+        Self { kind: Kind::Differ, message: one_line(&message.to_string()), limit: None }
+    }
+
+    /// Exit code 3 if a limit stopped the loader, 1 otherwise.
+    #[must_use]
+    pub fn load(error: &LoadError) -> Self {
+        match error {
+            LoadError::Limit(limit) => Self::limit(limit),
+            LoadError::Io(e) if e.kind() == std::io::ErrorKind::OutOfMemory => {
+                Self { kind: Kind::Limit, message: format!("{NOT_ENOUGH_MEMORY} to read it"), limit: None }
+            }
+            LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
+                Self { kind: Kind::Limit, ..Self::failed(e) }.raised_by("input_bytes")
+            }
+            other => Self::failed(other),
+        }
+    }
+
+    /// Exit code 3 if a limit stopped the loader, 1 otherwise.
+    #[must_use]
+    pub fn material(error: &MaterialError) -> Self {
+        let failed = Self::failed(error);
+        match error.limit() {
+            Some(field) => Self { kind: Kind::Limit, ..failed }.raised_by(field),
+            None if error.is_limit() => Self { kind: Kind::Limit, ..failed },
+            None => failed,
+        }
+    }
+
+    /// Exit code 3 if a limit is in the way, 1 otherwise.
+    #[must_use]
+    pub fn assign(error: &AssignError) -> Self {
+        match error {
+            AssignError::Limit(limit) => Self::limit(limit),
+            other => Self::failed(other),
+        }
+    }
+
+    /// Exit code 3 if a limit stopped the renderer, 2 if an option is out of range, 1 otherwise.
+    #[must_use]
+    pub fn render(error: &RenderError) -> Self {
+        match error {
+            RenderError::Limit(limit) => Self::limit(limit),
+            RenderError::Option { .. } => Self::usage(error),
+            other => Self::failed(other),
+        }
+    }
+
+    /// Exit code 2: numbers of the command line or a scene file that a scene refuses.
+    #[must_use]
+    pub fn scene(error: &SceneError) -> Self {
+        Self::usage(error)
+    }
+
+    /// Exit code 1 without a word: whoever read the picture has stopped, and knows.
+    #[must_use]
+    pub fn silent() -> Self {
+        Self { kind: Kind::Failed, message: String::new(), limit: None }
+    }
+
+    /// True if there is nothing to say.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        self.message.is_empty()
+    }
+
+    /// The same with what can be done about it.
+    fn raised_by(mut self, field: &str) -> Self {
+        self.message = format!("{}; --limit {field}=N raises it", self.message);
+        self.limit = Some(field.to_owned());
+        self
+    }
+
+    /// The same with the option that gives more memory, if the lack of it is the reason.
+    #[must_use]
+    pub fn with_memory_option(mut self, option: &str) -> Self {
+        if self.message.contains(NOT_ENOUGH_MEMORY) {
+            self.message = format!("{}; {option} raises its bound", self.message);
+        }
+        self
+    }
+
+    /// The same with the name of the file that it is about in front.
+    #[must_use]
+    pub fn at(mut self, path: &Path) -> Self {
+        self.message = format!("{}: {}", file_name(path), self.message);
+        self
+    }
+
+    /// The limit that was passed, by the name that `--limit` takes.
+    #[must_use]
+    pub fn limit_name(&self) -> Option<&str> {
+        self.limit.as_deref()
+    }
+
+    /// The number that the process ends with.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        self.kind as u8
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl From<DescriptionError> for Failure {
+    /// In the words of the options, with the exit code that scripts go by.
+    fn from(error: DescriptionError) -> Self {
+        match error {
+            DescriptionError::OutOfRange(message) => Self::usage(message),
+            DescriptionError::TimeWithoutAnimation => {
+                Self::usage("a time without an animation: --animation names one")
+            }
+            DescriptionError::NoHeight => Self::usage("--ortho with --eye needs a height: --ortho=HEIGHT"),
+            DescriptionError::Limit(error) => Self::limit(&error),
+            DescriptionError::Load(error) => Self::load(&error),
+            DescriptionError::Material(error) => Self::material(&error),
+            DescriptionError::Assign(error) => Self::assign(&error),
+            DescriptionError::Scene(error) => Self::scene(&error),
+            DescriptionError::At { file, error } => Self::from(*error).at(&file),
+            DescriptionError::Invalid(message) => Self::failed(message),
+            other => Self::failed(other.to_string()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_stay_on_one_line_without_control_characters() {
+        let failure = Failure::failed("bad name 'a\nb\u{1b}[31m'\n").at(Path::new("x\r.glb"));
+        let text = failure.to_string();
+        assert!(text.starts_with("x .glb: bad name 'a b"), "{text}");
+        assert!(text.chars().all(|c| !c.is_control()), "{text:?}");
+    }
+
+    #[test]
+    fn limits_have_an_exit_code_of_their_own() {
+        let exceeded = Limits::check(|| "mesh 0".into(), 9, 8, "triangles").unwrap_err();
+        assert_eq!(
+            Failure::limit(&exceeded).to_string(),
+            "mesh 0: 9 exceeds the limit of 8 (triangles); --limit triangles=N raises it"
+        );
+        assert_eq!(Failure::load(&LoadError::Limit(exceeded.clone())).exit_code(), 3);
+        assert_eq!(Failure::render(&RenderError::Limit(exceeded)).exit_code(), 3);
+        assert_eq!(Failure::failed("x").exit_code(), 1);
+        assert_eq!(Failure::usage("x").exit_code(), 2);
+        assert_eq!(Failure::differ("x").exit_code(), 4);
+    }
+
+    #[test]
+    fn errors_of_descriptions_are_told_in_words_of_options() {
+        use overcoat_description::Description;
+        let failure = |text: &str| {
+            let description = Description::from_toml(text)?;
+            description.animation_choice()?;
+            description.camera(&overcoat_scene::Scene::new(), &overcoat_render::RenderOptions::default())?;
+            description.options(Default::default(), &Limits::default()).map(drop)
+        };
+        for (text, code, message) in [
+            ("a b", 1, "line 1: "),
+            ("time = 1", 2, "a time without an animation: --animation names one"),
+            (
+                "camera = { eye = [0, 0, 1], ortho_height = 0 }",
+                2,
+                "--ortho with --eye needs a height: --ortho=HEIGHT",
+            ),
+            ("camera = { eye = [0, 0, 1], camera = 'a' }", 1, "there is no camera 'a'; the file has none"),
+            ("size = 0", 2, "size 0x0: a picture has at least one pixel"),
+            ("size = 100000", 3, "size 100000x100000: "),
+        ] {
+            let failure = Failure::from(failure(text).unwrap_err());
+            assert_eq!(failure.exit_code(), code, "{text}");
+            assert!(failure.to_string().starts_with(message), "{text}: {failure}");
+        }
+        let error = DescriptionError::TimeWithoutAnimation.at(Path::new("a\nb.toml"));
+        assert!(Failure::from(error).to_string().starts_with("a b.toml: a time without"));
+    }
+}
