@@ -52,21 +52,26 @@ fn planes(material: &Material) -> SurfacePlanes {
 }
 
 fn models(criterion: &mut Criterion) {
-    let coat = CoatMedium { thickness: 0.5.into(), extinction: [0.1, 0.6, 0.6], ..CoatMedium::default() };
-    let second = SecondLobe { mix: 0.3.into(), ..SecondLobe::default() };
-    let material = Material {
-        coat: 1.0,
-        workflow: Workflow::MetallicRoughness { metallic: 0.3, roughness: 0.4, texture: None },
-        lobes: Lobes { coat, second, ..Lobes::default() },
-        ..Material::default()
-    };
+    let coat = CoatMedium::default().with(|c| {
+        c.thickness = 0.5.into();
+        c.extinction = [0.1, 0.6, 0.6];
+    });
+    let second = SecondLobe::default().with(|s| s.mix = 0.3.into());
+    let material = Material::default().with(|m| {
+        m.coat = 1.0;
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.3, roughness: 0.4, texture: None };
+        m.lobes = Lobes::default().with(|l| {
+            l.coat = coat;
+            l.second = second;
+        });
+    });
     // StackLit as the others are: one lobe.
-    let one_lobe = Material { lobes: Lobes { coat, ..Lobes::default() }, ..material.clone() };
+    let one_lobe = material.clone().with(|m| m.lobes = Lobes::default().with(|l| l.coat = coat));
     let planes = planes(&material);
     let filtered = PrefilteredEnvironment::studio();
     let environment = EnvironmentLight::new(&filtered, 0.0, 1.0);
     let direction = [0.6, -0.64, -0.48];
-    let sun = Light { intensity: 2.0, ..Light::new(LightKind::Directional { direction }) };
+    let sun = Light::new(LightKind::Directional { direction }).with(|l| l.intensity = 2.0);
     let lights: Vec<PunctualLight> = PunctualLight::new(&sun).into_iter().collect();
     let context = ShadeContext {
         draws: &[],

@@ -204,13 +204,12 @@ fn frame(c: &mut Criterion) {
         *normal = *position;
     }
     let mut scene = Scene::new();
-    let material = Material {
-        base_color: [0.7, 0.05, 0.03, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.3, roughness: 0.4, texture: None },
-        coat: 1.0,
-        coat_roughness: 0.05,
-        ..Material::default()
-    };
+    let material = Material::default().with(|m| {
+        m.base_color = [0.7, 0.05, 0.03, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.3, roughness: 0.4, texture: None };
+        m.coat = 1.0;
+        m.coat_roughness = 0.05;
+    });
     let mesh = scene.add_mesh(Mesh::new(data).expect("the ball is valid")).expect("one mesh");
     let material = scene.add_material(material).expect("factors in range");
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).expect("mesh and material exist");

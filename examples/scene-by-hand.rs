@@ -35,22 +35,19 @@ fn place(
 fn still_life() -> Result<(Scene, Camera), SceneError> {
     let rough = |metallic, roughness| Workflow::MetallicRoughness { metallic, roughness, texture: None };
     let mut scene = Scene::new();
-    let lacquer = scene.add_material(Material {
-        base_color: [0.6, 0.03, 0.05, 1.0],
-        workflow: rough(0.0, 0.4),
-        coat: 1.0,
-        ..Material::default()
-    })?;
-    let brass = scene.add_material(Material {
-        base_color: [0.88, 0.68, 0.3, 1.0],
-        workflow: rough(1.0, 0.25),
-        ..Material::default()
-    })?;
-    let chalk = scene.add_material(Material {
-        base_color: [0.5, 0.5, 0.5, 1.0],
-        workflow: rough(0.0, 0.9),
-        ..Material::default()
-    })?;
+    let lacquer = scene.add_material(Material::default().with(|m| {
+        m.base_color = [0.6, 0.03, 0.05, 1.0];
+        m.workflow = rough(0.0, 0.4);
+        m.coat = 1.0;
+    }))?;
+    let brass = scene.add_material(Material::default().with(|m| {
+        m.base_color = [0.88, 0.68, 0.3, 1.0];
+        m.workflow = rough(1.0, 0.25);
+    }))?;
+    let chalk = scene.add_material(Material::default().with(|m| {
+        m.base_color = [0.5, 0.5, 0.5, 1.0];
+        m.workflow = rough(0.0, 0.9);
+    }))?;
 
     place(&mut scene, FLOOR, primitives::plane([4.0, 3.0])?, chalk, Transform::IDENTITY)?;
     let ball = Transform::translation([-0.7, 0.5, 0.2])?;

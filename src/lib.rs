@@ -46,12 +46,12 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let mut scene = Scene::new();
-//! let mesh = scene.add_mesh(Mesh::new(MeshData {
-//!     positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-//!     triangles: vec![[0, 1, 2]],
-//!     ..MeshData::default()
-//! })?)?;
-//! let material = scene.add_material(Material { base_color: [0.8, 0.1, 0.1, 1.0], coat: 1.0, ..Material::default() })?;
+//! let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+//! let mesh = scene.add_mesh(Mesh::new(MeshData::new(positions, vec![[0, 1, 2]]))?)?;
+//! let mut paint = Material::default();
+//! paint.base_color = [0.8, 0.1, 0.1, 1.0];
+//! paint.coat = 1.0;
+//! let material = scene.add_material(paint)?;
 //! scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
 //!
 //! let camera = Framing::default().camera(&scene);

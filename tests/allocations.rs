@@ -42,18 +42,27 @@ fn scene() -> Scene {
     let bumps = NormalTexture { texture: texture(&mut scene, ColorSpace::Linear, bumps), scale: 1.0 };
 
     let rough = |roughness| Workflow::MetallicRoughness { metallic: 0.2, roughness, texture: None };
-    let paint = Material { coat: 1.0, coat_roughness: 0.05, workflow: rough(0.5), ..Material::default() };
+    let paint = Material::default().with(|m| {
+        m.coat = 1.0;
+        m.coat_roughness = 0.05;
+        m.workflow = rough(0.5);
+    });
     let materials = [
-        Material { base_color_texture: Some(colors), normal_texture: Some(bumps), ..paint.clone() },
-        Material { model: Some(ShadingModel::OpenPbr), ..paint.clone() },
-        Material { model: Some(ShadingModel::Velvet), ..paint.clone() },
-        Material {
-            alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-            base_color_texture: Some(colors),
-            double_sided: true,
-            ..paint.clone()
-        },
-        Material { alpha_mode: AlphaMode::Blend, base_color: [0.1, 0.3, 0.8, 0.4], ..paint },
+        paint.clone().with(|m| {
+            m.base_color_texture = Some(colors);
+            m.normal_texture = Some(bumps);
+        }),
+        paint.clone().with(|m| m.model = Some(ShadingModel::OpenPbr)),
+        paint.clone().with(|m| m.model = Some(ShadingModel::Velvet)),
+        paint.clone().with(|m| {
+            m.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+            m.base_color_texture = Some(colors);
+            m.double_sided = true;
+        }),
+        paint.with(|m| {
+            m.alpha_mode = AlphaMode::Blend;
+            m.base_color = [0.1, 0.3, 0.8, 0.4];
+        }),
     ];
     let shapes = [shapes::torus(0.3, 40), shapes::sphere(40), shapes::cube(), shapes::square(4)];
     let meshes = shapes.map(|data| scene.add_mesh(Mesh::new(data).unwrap()).unwrap());
@@ -76,12 +85,18 @@ fn scene() -> Scene {
         },
         LightKind::Tube { ends: [[-2.0, 2.0, 3.0], [2.0, 2.0, 3.0]], radius: 0.05 },
     ] {
-        scene.add_light(Light { intensity: 2.0, ..Light::new(kind) }).unwrap();
+        scene.add_light(Light::new(kind).with(|l| l.intensity = 2.0)).unwrap();
     }
     let sky =
         (0..64 * 32).map(|k| [0.2 + (k % 64) as f32 / 64.0, 0.5, 0.3 + (k / 64) as f32 / 32.0]).collect();
     let source = EnvironmentSource::Image(Arc::new(EquirectImage::new(64, 32, sky).unwrap()));
-    scene.set_environment(Environment { source, rotation_degrees: 30.0, intensity: 1.0 }).unwrap();
+    scene
+        .set_environment(Environment::default().with(|e| {
+            e.source = source;
+            e.rotation_degrees = 30.0;
+            e.intensity = 1.0;
+        }))
+        .unwrap();
     scene
 }
 

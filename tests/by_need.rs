@@ -426,7 +426,7 @@ fn what_no_pixel_asks_for_is_not_decoded() {
 
 /// A sphere of one roughness, with what else asks for levels of its own.
 fn sphere_under(environment: &Environment, number: usize) -> Scene {
-    let mut material = Material { base_color: [0.7, 0.6, 0.5, 1.0], ..Material::default() };
+    let mut material = Material::default().with(|m| m.base_color = [0.7, 0.6, 0.5, 1.0]);
     let roughness = [0.0, 0.07, 0.2, 0.45, 0.7, 1.0][number % 6];
     material.workflow = Workflow::MetallicRoughness { metallic: 0.5, roughness, texture: None };
     match number / 6 {
@@ -451,7 +451,11 @@ fn sphere_under(environment: &Environment, number: usize) -> Scene {
 fn pictures_are_those_of_environments_that_are_filtered_at_every_roughness() {
     let picture = Arc::new(sky().unwrap());
     let source = EnvironmentSource::Image(Arc::clone(&picture));
-    let environment = Environment { source, rotation_degrees: 40.0, intensity: 1.5 };
+    let environment = Environment::default().with(|e| {
+        e.source = source;
+        e.rotation_degrees = 40.0;
+        e.intensity = 1.5;
+    });
     let (mut whole, mut kept) = (Renderer::new(2), Renderer::new(2));
     let filtered = PrefilteredEnvironment::new(&picture, whole.jobs(), SimdLevel::best());
     whole.use_environment(Some(Arc::new(filtered)));

@@ -32,17 +32,16 @@ fn draw(picture: &Picture) -> Frame {
 
 fn put(scene: &mut Scene, mesh: Mesh, material: Material, place: [f64; 3]) {
     let mesh = scene.add_mesh(mesh).unwrap();
-    let material = scene.add_material(Material { double_sided: true, ..material }).unwrap();
+    let material = scene.add_material(material.with(|m| m.double_sided = true)).unwrap();
     let transform = Transform::translation(place).unwrap();
     scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
 }
 
 fn matte() -> Material {
-    Material {
-        base_color: [0.5, 0.5, 0.5, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [0.5, 0.5, 0.5, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None };
+    })
 }
 
 /// A box before a wall, on a plate.
@@ -97,11 +96,17 @@ fn models_stand_on_their_shadow() {
 #[test]
 fn what_casts_no_shadow_is_framed_without_room_for_it() {
     let mut glass = Scene::new();
-    let clear = Material { alpha_mode: AlphaMode::Blend, base_color: [0.5; 4], ..matte() };
+    let clear = matte().with(|m| {
+        m.alpha_mode = AlphaMode::Blend;
+        m.base_color = [0.5; 4];
+    });
     put(&mut glass, primitives::sphere(1.0, 24).unwrap(), clear, [0.0; 3]);
     let mut points = Scene::new();
     let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, 0.2, 1.0]];
-    let data = MeshData { positions, kind: PrimitiveKind::Points, ..MeshData::default() };
+    let data = MeshData::default().with(|d| {
+        d.positions = positions;
+        d.kind = PrimitiveKind::Points;
+    });
     put(&mut points, Mesh::new(data).unwrap(), matte(), [0.0; 3]);
     let mut ball = Scene::new();
     put(&mut ball, primitives::sphere(1.0, 24).unwrap(), matte(), [0.0; 3]);
@@ -220,12 +225,7 @@ fn planes_tell_what_light_arrives_and_from_where() {
 #[test]
 fn unlit_surfaces_see_all_light() {
     let mut scene = corner();
-    put(
-        &mut scene,
-        primitives::cuboid([1.0; 3]).unwrap(),
-        Material { unlit: true, ..matte() },
-        [0.0, 0.5, 0.0],
-    );
+    put(&mut scene, primitives::cuboid([1.0; 3]).unwrap(), matte().with(|m| m.unlit = true), [0.0, 0.5, 0.0]);
     let mut planes = Vec::new();
     for tile in [16, 64] {
         let mut picture = picture("", Some(scene.clone()));

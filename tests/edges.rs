@@ -8,7 +8,11 @@ use overcoat_core::math::double::sin_cos;
 const SIDE: u32 = 96;
 
 fn clay(has_edges: bool) -> Material {
-    Material { base_color: [0.48, 0.43, 0.39, 1.0], double_sided: true, has_edges, ..Material::default() }
+    Material::default().with(|m| {
+        m.base_color = [0.48, 0.43, 0.39, 1.0];
+        m.double_sided = true;
+        m.has_edges = has_edges;
+    })
 }
 
 fn scene_of(data: MeshData, material: Material) -> Scene {
@@ -32,14 +36,20 @@ fn cube() -> MeshData {
     };
     let triangles = soup.triangles().iter().map(|face| face.map(|v| shared(soup.positions()[v as usize])));
     let triangles = triangles.collect();
-    MeshData { positions, triangles, ..MeshData::default() }
+    MeshData::default().with(|d| {
+        d.positions = positions;
+        d.triangles = triangles;
+    })
 }
 
 /// The same with vertices of its own for each triangle.
 fn soup(data: &MeshData) -> MeshData {
     let positions: Vec<_> = data.triangles.iter().flatten().map(|&v| data.positions[v as usize]).collect();
     let triangles = (0..data.triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
-    MeshData { positions, triangles, ..MeshData::default() }
+    MeshData::default().with(|d| {
+        d.positions = positions;
+        d.triangles = triangles;
+    })
 }
 
 fn cameras() -> [Camera; 2] {
@@ -165,7 +175,7 @@ fn only_clay_of_parts_has_lines_unless_they_are_asked_for() {
     assert_eq!(hash(clay(true), None), hash(clay(false), Some(Edges::Creases)));
     // Blended and cut surfaces have none.
     for alpha_mode in [AlphaMode::Blend, AlphaMode::Mask { cutoff: 0.5 }] {
-        let material = Material { alpha_mode, ..clay(true) };
+        let material = clay(true).with(|m| m.alpha_mode = alpha_mode);
         assert_eq!(hash(material.clone(), Some(Edges::Creases)), hash(material, Some(Edges::None)));
     }
 }

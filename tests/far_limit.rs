@@ -8,7 +8,10 @@ use overcoat::scene::{AlphaMode, Camera, Instance, Material, Scene, SceneError, 
 fn scene(places: &[f64], alpha_mode: AlphaMode) -> Scene {
     let mut scene = Scene::new();
     let cube = scene.add_mesh(primitives::cuboid([1.0; 3]).unwrap()).unwrap();
-    let material = Material { base_color: [0.8, 0.3, 0.1, 0.6], alpha_mode, ..Material::default() };
+    let material = Material::default().with(|m| {
+        m.base_color = [0.8, 0.3, 0.1, 0.6];
+        m.alpha_mode = alpha_mode;
+    });
     let material = scene.add_material(material).unwrap();
     for &z in places {
         let transform = Transform::translation([0.1 * z, 0.0, z]).unwrap();

@@ -83,7 +83,10 @@ fn set_up(points: &[[i32; 2]], triangles: Vec<[u32; 3]>, size: u32, samples: u32
     let vertices: ScreenVertices =
         points.iter().map(|p| ScreenVertex { x: p[0] - half, y: p[1] - half, depth: 1.0 }).collect();
     let mut chunk = Chunk { range: 0..triangles.len(), ..Chunk::default() };
-    let data = MeshData { positions: vec![[0.0; 3]; points.len()], triangles, ..MeshData::default() };
+    let data = MeshData::default().with(|d| {
+        d.positions = vec![[0.0; 3]; points.len()];
+        d.triangles = triangles;
+    });
     let view = View::new(&camera(Projection::Orthographic { height: 1.0 }), size, size).unwrap();
     let job = ChunkJob {
         mesh: &Mesh::new(data).unwrap(),
@@ -331,7 +334,10 @@ mod vulkan {
     /// Quads that cover the picture together or overlap nowhere, as triangles of the given corner lists.
     fn quad(corners: [[f32; 3]; 4], reversed: bool) -> MeshData {
         let triangles = if reversed { vec![[0, 1, 2], [3, 2, 0]] } else { vec![[0, 1, 2], [2, 3, 0]] };
-        MeshData { positions: corners.to_vec(), triangles, ..MeshData::default() }
+        MeshData::default().with(|d| {
+            d.positions = corners.to_vec();
+            d.triangles = triangles;
+        })
     }
 
     fn assert_once(data: MeshData, camera: &Camera, all: bool) {

@@ -27,7 +27,10 @@ fn put(scene: &mut Scene, mesh: Mesh, material: Material, place: [f64; 3]) {
 
 fn surface(base_color: [f32; 4], metallic: f32, roughness: f32) -> Material {
     let workflow = Workflow::MetallicRoughness { metallic, roughness, texture: None };
-    Material { base_color, workflow, ..Material::default() }
+    Material::default().with(|m| {
+        m.base_color = base_color;
+        m.workflow = workflow;
+    })
 }
 
 /// Surfaces under a sky: a ball and a box, and a floor that passes the viewer.
@@ -52,7 +55,7 @@ fn lamps() -> Scene {
     let mut scene = board();
     for (position, intensity) in [([-1.5, 0.6, 1.5], 4.0), ([1.5, 0.4, 1.8], 3.0)] {
         let kind = LightKind::Point { position, range: Some(1.2) };
-        scene.add_light(Light { intensity, ..Light::new(kind) }).unwrap();
+        scene.add_light(Light::new(kind).with(|l| l.intensity = intensity)).unwrap();
     }
     scene
 }
@@ -60,7 +63,10 @@ fn lamps() -> Scene {
 /// A pane of glass that bends the light of what is behind it.
 fn glass() -> Scene {
     let mut scene = surfaces();
-    let transmission = Transmission { factor: 1.0.into(), thickness: 0.3.into(), ..Transmission::default() };
+    let transmission = Transmission::default().with(|t| {
+        t.factor = 1.0.into();
+        t.thickness = 0.3.into();
+    });
     let mut pane = surface([0.8, 1.0, 0.9, 1.0], 0.0, 0.0);
     pane.lobes.transmission = transmission;
     put(&mut scene, primitives::cuboid([1.6, 1.4, 0.1]).unwrap(), pane, [0.2, 0.8, 1.5]);
@@ -73,15 +79,18 @@ fn lines_and_points() -> Scene {
     let at = |k: u32| [(k % 8) as f32 * 0.4 - 1.4, (k / 8) as f32 * 0.4, (k % 3) as f32 * 0.3];
     let positions: Vec<[f32; 3]> = (0..count).map(at).collect();
     let lines = (0..count - 1).map(|k| [k, k + 1, k + 1]).collect();
-    let lines = MeshData {
-        positions: positions.clone(),
-        triangles: lines,
-        kind: PrimitiveKind::Lines,
-        ..MeshData::default()
-    };
+    let lines = MeshData::default().with(|d| {
+        d.positions = positions.clone();
+        d.triangles = lines;
+        d.kind = PrimitiveKind::Lines;
+    });
     put(&mut scene, Mesh::new(lines).unwrap(), Material::default(), [0.0; 3]);
     let normals = vec![[0.6, 0.0, 0.8]; count as usize];
-    let points = MeshData { positions, normals, kind: PrimitiveKind::Points, ..MeshData::default() };
+    let points = MeshData::default().with(|d| {
+        d.positions = positions;
+        d.normals = normals;
+        d.kind = PrimitiveKind::Points;
+    });
     put(&mut scene, Mesh::new(points).unwrap(), Material::default(), [0.05, 0.15, 0.4]);
     scene
 }
@@ -187,8 +196,10 @@ fn narrow_pixels_show_the_same() {
     let points = || {
         let mut scene = Stage::new().unwrap().scene;
         let places = (0..400).map(|k| [(k % 20) as f32 * 0.1 - 0.9, 0.0, (k / 20) as f32 * 0.1 - 1.0]);
-        let data =
-            MeshData { positions: places.collect(), kind: PrimitiveKind::Points, ..MeshData::default() };
+        let data = MeshData::default().with(|d| {
+            d.positions = places.collect();
+            d.kind = PrimitiveKind::Points;
+        });
         put(&mut scene, Mesh::new(data).unwrap(), Material::default(), [0.0, 0.5, 0.0]);
         scene
     };

@@ -13,23 +13,21 @@ const ALBEDO: [f32; 3] = [0.8, 0.5, 0.2];
 
 /// A plane that faces the camera, rough, with F0 = 0.
 fn plane() -> Scene {
-    plane_of(Material {
-        base_color: [ALBEDO[0], ALBEDO[1], ALBEDO[2], 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
-        specular: 0.0,
-        ..Material::default()
-    })
+    plane_of(Material::default().with(|m| {
+        m.base_color = [ALBEDO[0], ALBEDO[1], ALBEDO[2], 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None };
+        m.specular = 0.0;
+    }))
 }
 
 /// A plane that faces the camera.
 fn plane_of(material: Material) -> Scene {
     let mut scene = Scene::new();
-    let mesh = MeshData {
-        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
-        normals: vec![[0.0, 0.0, 1.0]; 4],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..MeshData::default()
-    };
+    let mesh = MeshData::default().with(|d| {
+        d.positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+        d.normals = vec![[0.0, 0.0, 1.0]; 4];
+        d.triangles = vec![[0, 1, 2], [0, 2, 3]];
+    });
     let mesh = scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
@@ -37,7 +35,7 @@ fn plane_of(material: Material) -> Scene {
 }
 
 fn under(scene: &mut Scene, source: EnvironmentSource) {
-    scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
+    scene.set_environment(Environment::default().with(|e| e.source = source)).unwrap();
 }
 
 fn seen(renderer: &mut Renderer, scene: &Scene, model: ShadingModel) -> [f32; 3] {
@@ -78,7 +76,12 @@ fn lamps_light_a_lambert_plane_alike() {
         assert_eq!(seen(&mut renderer, &scene, model), [0.0; 3], "{} without light", model.name());
     }
     let kind = LightKind::Directional { direction: [0.0, 0.0, -1.0] };
-    scene.add_light(Light { color: [1.0, 2.0, 0.5], intensity: PI, ..Light::new(kind) }).unwrap();
+    scene
+        .add_light(Light::new(kind).with(|l| {
+            l.color = [1.0, 2.0, 0.5];
+            l.intensity = PI;
+        }))
+        .unwrap();
     for &model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);
         for (k, color) in [1.0, 2.0, 0.5].into_iter().enumerate() {
@@ -100,7 +103,7 @@ fn area_lights_light_a_lambert_plane_alike() {
         half_height: [0.0, 1.0, 0.0],
         two_sided: false,
     };
-    scene.add_light(Light { intensity: 3.0, ..Light::new(kind) }).unwrap();
+    scene.add_light(Light::new(kind).with(|l| l.intensity = 3.0)).unwrap();
     let share = 0.554_126;
     for &model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);
@@ -133,10 +136,10 @@ fn a_white_environment_lights_a_lambert_plane_alike() {
 /// its sampled variant always has, bit for bit.
 #[test]
 fn facets_are_a_choice_of_every_model() {
-    let mut scene = plane_of(Material {
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.4, texture: None },
-        ..Material::default()
-    });
+    let mut scene =
+        plane_of(Material::default().with(|m| {
+            m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.4, texture: None }
+        }));
     under(&mut scene, EnvironmentSource::None);
     let kind = LightKind::Rect {
         position: [0.0, 0.0, 2.0],
@@ -144,7 +147,7 @@ fn facets_are_a_choice_of_every_model() {
         half_height: [0.0, 0.6, 0.0],
         two_sided: false,
     };
-    scene.add_light(Light { intensity: 3.0, ..Light::new(kind) }).unwrap();
+    scene.add_light(Light::new(kind).with(|l| l.intensity = 3.0)).unwrap();
     let mut renderer = Renderer::new(1);
     let mut by = |model, method| seen_by(&mut renderer, &scene, model, method);
     for &model in ShadingModel::ALL {

@@ -10,19 +10,18 @@ use overcoat_core::math::lanes::SimdLevel;
 const SIZE: u32 = 128;
 
 fn matte() -> Material {
-    Material {
-        base_color: [0.8, 0.8, 0.8, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
-        specular: 0.0,
-        double_sided: true,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [0.8, 0.8, 0.8, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None };
+        m.specular = 0.0;
+        m.double_sided = true;
+    })
 }
 
 /// A dark scene with a lamp.
 fn lit_by(light: Light) -> Scene {
     let mut scene = Scene::new();
-    scene.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() }).unwrap();
+    scene.set_environment(Environment::default().with(|e| e.source = EnvironmentSource::None)).unwrap();
     scene.add_light(light).unwrap();
     scene
 }
@@ -67,22 +66,20 @@ fn spot(position: [f32; 3], outer_cone_cosine: f32) -> Light {
     let direction = position.map(|c| -c);
     let (range, inner_cone_cosine) = (None, 0.5 + 0.5 * outer_cone_cosine);
     let kind = LightKind::Spot { position, direction, range, inner_cone_cosine, outer_cone_cosine };
-    Light { intensity: 30.0, ..Light::new(kind) }
+    Light::new(kind).with(|l| l.intensity = 30.0)
 }
 
 /// A square over the floor that shines down.
 fn square(height: f32, half: f32) -> Light {
     let (half_width, half_height) = ([half, 0.0, 0.0], [0.0, 0.0, half]);
     let position = [0.0, height, 0.0];
-    Light {
-        intensity: 5.0,
-        ..Light::new(LightKind::Rect { position, half_width, half_height, two_sided: true })
-    }
+    Light::new(LightKind::Rect { position, half_width, half_height, two_sided: true })
+        .with(|l| l.intensity = 5.0)
 }
 
 fn tube(height: f32, half: f32) -> Light {
     let ends = [[-half, height, 0.0], [half, height, 0.0]];
-    Light { intensity: 50.0, ..Light::new(LightKind::Tube { ends, radius: 0.02 }) }
+    Light::new(LightKind::Tube { ends, radius: 0.02 }).with(|l| l.intensity = 50.0)
 }
 
 fn every_lamp() -> [Light; 7] {
@@ -234,11 +231,10 @@ fn masks_let_light_through_where_they_are_cut_out() {
         let image = std::sync::Arc::new(Image::new(2, 2, texels).unwrap());
         let texture = Texture::new(image, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default());
         let texture = scene.add_texture(texture).unwrap();
-        let material = Material {
-            alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-            base_color_texture: Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY }),
-            ..matte()
-        };
+        let material = matte().with(|m| {
+            m.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+            m.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY });
+        });
         let material = scene.add_material(material).unwrap();
         let mesh = scene.add_mesh(primitives::plane([2.0, 2.0]).unwrap()).unwrap();
         let transform = Transform::translation([0.0, 0.65, 0.0]).unwrap();
@@ -261,7 +257,7 @@ fn masks_let_light_through_where_they_are_cut_out() {
 fn crowd() -> (Scene, Camera) {
     let mut scene = lit_by(sun([-0.5, -1.0, -0.4]));
     for light in every_lamp() {
-        scene.add_light(Light { intensity: light.intensity * 0.2, ..light }).unwrap();
+        scene.add_light(light.with(|l| l.intensity = light.intensity * 0.2)).unwrap();
     }
     floor(&mut scene);
     for (k, x) in [-0.8, 0.0, 0.8].into_iter().enumerate() {
@@ -317,7 +313,7 @@ fn a_view_is_the_same_alone_and_after_others() {
 #[test]
 fn lamps_anywhere_have_a_picture() {
     for place in [[0.0; 3], [1e-20, 0.0, 0.0], [1e9, 1e9, 1e9], [0.0, 0.4, 0.4], [9e14, 0.0, 0.0]] {
-        let mut scene = lit_by(Light { intensity: 1e9, ..Light::point(place, 1.0) });
+        let mut scene = lit_by(Light::point(place, 1.0).with(|l| l.intensity = 1e9));
         scene.add_light(spot(if place == [0.0; 3] { [0.0, 1.0, 0.0] } else { place }, 0.99)).unwrap();
         scene.add_light(spot([0.0, 0.2, 0.0], -1.0)).unwrap();
         floor(&mut scene);

@@ -18,7 +18,10 @@ fn stack(count: u32, alpha_mode: AlphaMode) -> (Scene, Camera) {
         data.positions.extend([[-4.0, -4.0, z], [12.0, -4.0, z], [-4.0, 12.0, z]]);
     }
     let mut scene = Scene::new();
-    let material = Material { base_color: [0.5, 0.6, 0.7, 0.5], alpha_mode, ..Material::default() };
+    let material = Material::default().with(|m| {
+        m.base_color = [0.5, 0.6, 0.7, 0.5];
+        m.alpha_mode = alpha_mode;
+    });
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
@@ -80,7 +83,7 @@ fn more_layers_than_a_tile_keeps_are_blended_all_the_same() {
     };
     let (mut scene, camera) = stack(150, AlphaMode::Blend);
     let wall = scene.add_mesh(stack(1, AlphaMode::Opaque).0.meshes()[0].clone()).unwrap();
-    let material = scene.add_material(Material { unlit: true, ..Material::default() }).unwrap();
+    let material = scene.add_material(Material::default().with(|m| m.unlit = true)).unwrap();
     // It covers the left half.
     let transform = Transform::from_parts([0.0, 0.0, -1.0], [0.0, 0.0, 1.0, 0.0], [1.0; 3]).unwrap();
     scene.add_instance(Instance::new(wall, material, transform).with_object(1)).unwrap();
@@ -123,7 +126,7 @@ fn fragments_pixels_and_triangles_are_counted() {
 fn add_lamps(scene: &mut Scene, count: u32, range: Option<f32>) {
     for k in 0..count {
         let position = [(k % 16) as f32 / 8.0 - 0.9, (k / 16) as f32 / 8.0 - 0.9, 1.2];
-        let lamp = Light { intensity: 0.1, ..Light::new(LightKind::Point { position, range }) };
+        let lamp = Light::new(LightKind::Point { position, range }).with(|l| l.intensity = 0.1);
         scene.add_light(lamp).unwrap();
     }
 }
@@ -181,7 +184,12 @@ fn work_does_not_depend_on_tiles() {
         [AlphaMode::Mask { cutoff: 0.5 }, AlphaMode::Opaque, AlphaMode::Blend].into_iter().enumerate()
     {
         let coat = k as f32 * 0.5;
-        let material = scene.add_material(Material { coat, alpha_mode, ..Material::default() }).unwrap();
+        let material = scene
+            .add_material(Material::default().with(|m| {
+                m.coat = coat;
+                m.alpha_mode = alpha_mode;
+            }))
+            .unwrap();
         // Edges cross blocks and cells.
         let transform =
             Transform::from_parts([0.3 * f64::from(coat), 0.2, -1.0], [0.0, 0.0, 0.6, 0.8], [0.15; 3])
@@ -208,7 +216,10 @@ fn lights_out_of_reach_change_nothing() {
         [(AlphaMode::Opaque, 0.0), (AlphaMode::Blend, 0.0), (AlphaMode::Opaque, 0.5)]
     {
         let (mut scene, camera) = stack(2, alpha_mode);
-        let mut layered = Material { alpha_mode, coat: 0.7, ..Material::default() };
+        let mut layered = Material::default().with(|m| {
+            m.alpha_mode = alpha_mode;
+            m.coat = 0.7;
+        });
         layered.lobes.sheen.color.factor = [0.2, 0.5, 0.1];
         layered.lobes.iridescence.mask.factor = 0.5;
         layered.lobes.transmission.factor.factor = transmission;
@@ -234,7 +245,7 @@ fn lights_out_of_reach_change_nothing() {
             let mut more = scene.clone();
             for position in [[9.0, 0.0, 0.0], [0.0, -7.0, 1.0], [3.0, 3.0, 3.0]] {
                 let lamp = LightKind::Point { position, range: Some(0.9) };
-                more.add_light(Light { intensity: 1e6, ..Light::new(lamp) }).unwrap();
+                more.add_light(Light::new(lamp).with(|l| l.intensity = 1e6)).unwrap();
             }
             assert!(draw(&more, 64) == expected, "{}", model.name());
         }
@@ -271,8 +282,15 @@ fn pile(count: u32) -> (Scene, Camera) {
     };
     let positions = (0..count).flat_map(corners).collect();
     let triangles = (0..count).map(|k| [3 * k, 3 * k + 2, 3 * k + 1]).collect();
-    let mesh =
-        scene.add_mesh(Mesh::new(MeshData { positions, triangles, ..MeshData::default() }).unwrap()).unwrap();
+    let mesh = scene
+        .add_mesh(
+            Mesh::new(MeshData::default().with(|d| {
+                d.positions = positions;
+                d.triangles = triangles;
+            }))
+            .unwrap(),
+        )
+        .unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(1)).unwrap();
     let camera = Framing::default().camera(&scene);
@@ -331,8 +349,15 @@ fn a_fan_of_fifty_thousand_has_its_shadow() {
     }));
     let triangles = (0..count).map(|k| [0, 1 + (k + 1) % count, 1 + k]).collect();
     let mut scene = Scene::new();
-    let mesh =
-        scene.add_mesh(Mesh::new(MeshData { positions, triangles, ..MeshData::default() }).unwrap()).unwrap();
+    let mesh = scene
+        .add_mesh(
+            Mesh::new(MeshData::default().with(|d| {
+                d.positions = positions;
+                d.triangles = triangles;
+            }))
+            .unwrap(),
+        )
+        .unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(1)).unwrap();
     let camera = Framing::automatic(&scene).camera(&scene);

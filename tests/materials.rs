@@ -42,14 +42,13 @@ fn read(text: &str) -> Result<MaterialFile, MaterialError> {
 /// A quad with all attributes but tangents, of a material.
 fn quad(material: Material) -> Scene {
     let mut scene = Scene::new();
-    let data = MeshData {
-        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
-        normals: vec![[0.0, 0.0, 1.0]; 4],
-        uvs: [vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]], Vec::new()],
-        colors: vec![[0.5, 0.5, 0.5, 1.0]; 4],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..MeshData::default()
-    };
+    let data = MeshData::default().with(|d| {
+        d.positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+        d.normals = vec![[0.0, 0.0, 1.0]; 4];
+        d.uvs = [vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]], Vec::new()];
+        d.colors = vec![[0.5, 0.5, 0.5, 1.0]; 4];
+        d.triangles = vec![[0, 1, 2], [0, 2, 3]];
+    });
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
@@ -246,21 +245,25 @@ fn textures_are_read_as_their_key_says() {
 
 #[test]
 fn a_material_replaces_or_lies_over_the_models_own() {
-    let own = Material { name: "own".to_owned(), coat: 0.5, double_sided: true, ..Material::default() };
+    let own = Material::default().with(|m| {
+        m.name = "own".to_owned();
+        m.coat = 0.5;
+        m.double_sided = true;
+    });
     let m = made("ior = 2", own.clone());
     assert_eq!((m.ior, m.coat, m.double_sided, m.name.as_str()), (2.0, 0.0, true, "own"));
     assert!(assigned("ior = 2", own.clone()).meshes()[0].colors().is_empty());
     let m = made("over = true\nior = 2", own.clone());
-    assert_eq!(m, Material { ior: 2.0, ..own.clone() });
+    assert_eq!(m, own.clone().with(|m| m.ior = 2.0));
     assert!(!assigned("over = true\nior = 2", own.clone()).meshes()[0].colors().is_empty());
     // Only the key that is given changes, in either workflow.
     let workflow = Workflow::SpecularGlossiness { specular: [0.5; 3], glossiness: 0.5, texture: None };
-    let m = made("over = true\nroughness = 0.25", Material { workflow: workflow.clone(), ..own.clone() });
+    let m = made("over = true\nroughness = 0.25", own.clone().with(|m| m.workflow = workflow.clone()));
     assert_eq!(
         m.workflow,
         Workflow::SpecularGlossiness { specular: [0.5; 3], glossiness: 0.75, texture: None }
     );
-    let m = made("over = true\nmetallic = 1", Material { workflow, ..own });
+    let m = made("over = true\nmetallic = 1", own.with(|m| m.workflow = workflow));
     assert_eq!(m.workflow, Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.5, texture: None });
 }
 
@@ -276,8 +279,8 @@ fn meshes_get_the_tangents_that_a_material_needs() {
 /// Only the named material changes; a mesh that two draws share keeps its colours for the other.
 #[test]
 fn a_name_chooses_materials() {
-    let mut scene = quad(Material { name: "body".to_owned(), ..Material::default() });
-    let glass = scene.add_material(Material { name: "glass".to_owned(), ..Material::default() }).unwrap();
+    let mut scene = quad(Material::default().with(|m| m.name = "body".to_owned()));
+    let glass = scene.add_material(Material::default().with(|m| m.name = "glass".to_owned())).unwrap();
     let mesh = scene.instances()[0].mesh;
     scene.add_instance(Instance::new(mesh, glass, Transform::IDENTITY).with_object(1)).unwrap();
     let file = read("anisotropy = 0.5").unwrap();
@@ -463,7 +466,7 @@ fn stacklit_reads_its_own_inputs() {
         let text = format!("model = \"stacklit\"\nmetallic = 1\nroughness = 0.6\n{lines}");
         let mut scene = assigned(&text, Material::default());
         let kind = LightKind::Directional { direction: [0.0, 0.6, -0.8] };
-        scene.add_light(Light { minimum_roughness, ..Light::new(kind) }).unwrap();
+        scene.add_light(Light::new(kind).with(|l| l.minimum_roughness = minimum_roughness)).unwrap();
         let camera = Framing::default().with_direction([0.0, 0.5, 0.86]).camera(&scene);
         let options = RenderOptions::draft(3, 3).with_samples(1);
         Renderer::new(1).render(&scene, &camera, &options).unwrap().frame.pixels[4]

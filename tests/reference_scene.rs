@@ -52,18 +52,17 @@ fn quad(row: &Row) -> MeshData {
     let side = cross(helper, normal);
     let up = cross(normal, side);
     let corner = |a: f32, b: f32| std::array::from_fn(|k| side[k] * a + up[k] * b);
-    MeshData {
-        positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
-        normals: vec![normal; 4],
-        tangents: if row.contains_key("in_T_x") {
+    MeshData::default().with(|d| {
+        d.positions = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        d.normals = vec![normal; 4];
+        d.tangents = if row.contains_key("in_T_x") {
             let [x, y, z] = vector(row, "in_T");
             vec![[x, y, z, 1.0]; 4]
         } else {
             Vec::new()
-        },
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..MeshData::default()
-    }
+        };
+        d.triangles = vec![[0, 1, 2], [0, 2, 3]];
+    })
 }
 
 /// The quad of a row with URP's material.
@@ -85,15 +84,14 @@ fn scene(row: &Row) -> Scene {
             texture: None,
         }
     };
-    let material = Material {
-        base_color: [albedo[0], albedo[1], albedo[2], 1.0],
-        workflow,
-        coat: row["in_clearCoatMask"],
-        coat_roughness: 1.0 - row["in_clearCoatSmoothness"],
-        occlusion_texture: Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY }),
-        occlusion_strength: row.get("in_occlusion").map_or(0.0, |o| 1.0 - o),
-        ..Material::default()
-    };
+    let material = Material::default().with(|m| {
+        m.base_color = [albedo[0], albedo[1], albedo[2], 1.0];
+        m.workflow = workflow;
+        m.coat = row["in_clearCoatMask"];
+        m.coat_roughness = 1.0 - row["in_clearCoatSmoothness"];
+        m.occlusion_texture = Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY });
+        m.occlusion_strength = row.get("in_occlusion").map_or(0.0, |o| 1.0 - o);
+    });
     let mesh = scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
@@ -159,14 +157,19 @@ fn direct_light_reproduces_the_tables() {
     for (table, least) in [("unity/urp_direct", 150), ("unity/urp17_direct", 40)] {
         let compared = compare(table, "out_lit", |_, scene, row| {
             scene
-                .set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() })
+                .set_environment(Environment::default().with(|e| e.source = EnvironmentSource::None))
                 .unwrap();
             // URP's light colour is irradiance over pi.
             let color =
                 vector(row, "in_lightColor").map(|c| c * row["in_attenuation"] * std::f32::consts::PI);
             let direction = vector(row, "in_L").map(|v| -v);
             let kind = LightKind::Directional { direction };
-            scene.add_light(Light { color, intensity: 1.0, ..Light::new(kind) }).unwrap();
+            scene
+                .add_light(Light::new(kind).with(|l| {
+                    l.color = color;
+                    l.intensity = 1.0;
+                }))
+                .unwrap();
         });
         assert!(compared >= least, "{table}: only {compared} rows");
     }
@@ -200,11 +203,10 @@ struct Case {
 
 fn metallic(row: &Row, color: &str, metallic: f32, roughness: f32) -> Material {
     let color = vector(row, color);
-    Material {
-        base_color: [color[0], color[1], color[2], 1.0],
-        workflow: Workflow::MetallicRoughness { metallic, roughness, texture: None },
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [color[0], color[1], color[2], 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic, roughness, texture: None };
+    })
 }
 
 fn same(row: &Row, a: &str, b: &str) -> bool {
@@ -490,7 +492,7 @@ fn every_engine_reproduces_its_tables() {
             let Some((material, model, expected)) = (case.told)(&row) else { continue };
             let mut scene = Scene::new();
             let source = EnvironmentSource::None;
-            scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
+            scene.set_environment(Environment::default().with(|e| e.source = source)).unwrap();
             // Numbers that a scene does not admit are no row of its.
             let Ok(material) = scene.add_material(material) else { continue };
             let mesh = scene.add_mesh(Mesh::new(quad(&row)).unwrap()).unwrap();
@@ -498,11 +500,10 @@ fn every_engine_reproduces_its_tables() {
             let color = vector(&row, "in_lightColor").map(|c| c * (case.irradiance)(&row));
             let direction = vector(&row, "in_L").map(|v| -v);
             scene
-                .add_light(Light {
-                    color,
-                    intensity: 1.0,
-                    ..Light::new(LightKind::Directional { direction })
-                })
+                .add_light(Light::new(LightKind::Directional { direction }).with(|l| {
+                    l.color = color;
+                    l.intensity = 1.0;
+                }))
                 .unwrap();
             let found = render(&mut renderer, &scene, &row, model);
             for k in 0..3 {

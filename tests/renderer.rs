@@ -9,16 +9,15 @@ use overcoat::{RenderOptions, Renderer, Scene};
 
 /// A triangle that faces +Z, of a material, placed.
 fn scene(material: Material, transform: Transform) -> Scene {
-    let data = MeshData {
-        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-        triangles: vec![[0, 1, 2]],
-        ..MeshData::default()
-    };
+    let data = MeshData::default().with(|d| {
+        d.positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        d.triangles = vec![[0, 1, 2]];
+    });
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(material).unwrap();
     scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
-    let dark = Environment { source: EnvironmentSource::None, ..Environment::default() };
+    let dark = Environment::default().with(|e| e.source = EnvironmentSource::None);
     scene.set_environment(dark).unwrap();
     scene
 }
@@ -44,8 +43,14 @@ fn every_reason_is_found() {
     let here = Transform::IDENTITY;
     let plain = Material::default;
     let scaled = |s: f64| Transform::from_parts([0.3; 3], [0.0, 0.0, 0.0, 1.0], [s; 3]).unwrap();
-    let clear = Material { alpha_mode: AlphaMode::Blend, base_color: [1.0, 1.0, 1.0, 0.0], ..plain() };
-    let cut = Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, base_color: [0.4; 4], ..plain() };
+    let clear = plain().with(|m| {
+        m.alpha_mode = AlphaMode::Blend;
+        m.base_color = [1.0, 1.0, 1.0, 0.0];
+    });
+    let cut = plain().with(|m| {
+        m.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+        m.base_color = [0.4; 4];
+    });
     let before = camera(5.0, 0.0);
     let visible = scene(plain(), here);
     assert!(matches!(found(&visible, &before), (50.., None)));

@@ -90,7 +90,7 @@ fn facets(coated: bool) -> Scene {
     stage.place(mesh, material, stage::at([0.0; 3], 1.0).unwrap()).unwrap();
     // Half vectors near one standard deviation of the slopes.
     let light = LightKind::Directional { direction: [0.42, 0.0, -0.907_524_1] };
-    stage.scene.add_light(Light { intensity: 3.0, ..Light::new(light) }).unwrap();
+    stage.scene.add_light(Light::new(light).with(|l| l.intensity = 3.0)).unwrap();
     stage.scene
 }
 

@@ -200,9 +200,12 @@ fn harmonics_are_those_of_the_direction_from_the_camera() {
 /// A square of side 2 at a depth.
 fn sheet(scene: &mut Scene, z: f32, material: Material) {
     let positions = vec![[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]];
-    let data = MeshData { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshData::default() };
+    let data = MeshData::default().with(|d| {
+        d.positions = positions;
+        d.triangles = vec![[0, 1, 2], [0, 2, 3]];
+    });
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
-    let material = scene.add_material(Material { unlit: true, ..material }).unwrap();
+    let material = scene.add_material(material.with(|m| m.unlit = true)).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(2)).unwrap();
 }
 
@@ -215,7 +218,7 @@ fn surfaces_hide_splats_behind_and_show_through_those_before() {
         color: [1.0, 0.0, 0.0],
         ..ROUND
     };
-    let blue = Material { base_color: [0.0, 0.0, 1.0, 1.0], ..Material::default() };
+    let blue = Material::default().with(|m| m.base_color = [0.0, 0.0, 1.0, 1.0]);
     for (z, expected) in [(-1.0, [0.0, 0.0, 1.0, 1.0]), (1.0, [0.5, 0.0, 0.5, 1.0])] {
         let mut scene = cloud(&[splat(z)]);
         sheet(&mut scene, 0.0, blue.clone());
@@ -226,7 +229,10 @@ fn surfaces_hide_splats_behind_and_show_through_those_before() {
     }
     // Red, blue, red: each lets half of the light through.
     let mut scene = cloud(&[splat(-1.0), splat(1.0)]);
-    let half = Material { base_color: [0.0, 0.0, 1.0, 0.5], alpha_mode: AlphaMode::Blend, ..blue };
+    let half = blue.with(|m| {
+        m.base_color = [0.0, 0.0, 1.0, 0.5];
+        m.alpha_mode = AlphaMode::Blend;
+    });
     sheet(&mut scene, 0.0, half);
     for (found, expected) in
         pixel(&render(&scene, &parallel()), 20, 40).into_iter().zip([0.625, 0.0, 0.25, 0.875])

@@ -238,10 +238,11 @@ fn picking_sees_changes_and_through_what_cannot_be_seen() {
     );
     assert_eq!(at(&mut renderer, &scene, [1, 1]), None);
     // Glass is seen; what is transparent all over is not.
-    let glass = |alpha| Material {
-        base_color: [1.0, 1.0, 1.0, alpha],
-        alpha_mode: AlphaMode::Blend,
-        ..Material::default()
+    let glass = |alpha| {
+        Material::default().with(|m| {
+            m.base_color = [1.0, 1.0, 1.0, alpha];
+            m.alpha_mode = AlphaMode::Blend;
+        })
     };
     scene.replace_material(front, glass(0.1)).unwrap();
     assert_eq!(at(&mut renderer, &scene, [32, 32]).unwrap().instance, 1);

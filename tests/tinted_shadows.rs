@@ -11,24 +11,29 @@ use std::sync::Arc;
 const SIZE: u32 = 64;
 
 fn matte() -> Material {
-    Material {
-        base_color: [0.8, 0.8, 0.8, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
-        specular: 0.0,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [0.8, 0.8, 0.8, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None };
+        m.specular = 0.0;
+    })
 }
 
 /// Glass that reflects nothing and leaves a quarter of red and a half of green.
 fn glass() -> Material {
-    let mut material = Material { base_color: [0.25, 0.5, 1.0, 1.0], ior: 1.0, ..matte() };
+    let mut material = matte().with(|m| {
+        m.base_color = [0.25, 0.5, 1.0, 1.0];
+        m.ior = 1.0;
+    });
     material.lobes.transmission.factor.factor = 1.0;
     material
 }
 
 /// A veil that leaves a half.
 fn veil() -> Material {
-    Material { base_color: [1.0, 0.0, 0.0, 0.5], alpha_mode: AlphaMode::Blend, ..matte() }
+    matte().with(|m| {
+        m.base_color = [1.0, 0.0, 0.0, 0.5];
+        m.alpha_mode = AlphaMode::Blend;
+    })
 }
 
 /// A sky of radiance 1.
@@ -46,7 +51,7 @@ fn put(scene: &mut Scene, mesh: Mesh, material: Material, place: [f64; 3]) {
 /// A floor, and a pane to the right of x = 0 over it.
 fn pane_over_floor(pane: Material, environment: EnvironmentSource, lights: &[Light]) -> Scene {
     let mut scene = Scene::new();
-    scene.set_environment(Environment { source: environment, ..Environment::default() }).unwrap();
+    scene.set_environment(Environment::default().with(|e| e.source = environment)).unwrap();
     lights.iter().for_each(|light| scene.add_light(*light).unwrap());
     put(&mut scene, primitives::plane([8.0, 8.0]).unwrap(), matte(), [0.0; 3]);
     put(&mut scene, primitives::plane([8.0, 16.0]).unwrap(), pane, [4.0, 0.8, 0.0]);
@@ -102,9 +107,9 @@ fn every_lamp() -> [Light; 5] {
     [
         Light::directional([-0.2, -1.0, 0.2], 3.0),
         Light::point([0.5, 3.0, -0.4], 30.0),
-        Light { intensity: 100.0, ..Light::new(spot) },
-        Light { intensity: 20.0, ..Light::new(rect) },
-        Light { intensity: 100.0, ..Light::new(tube) },
+        Light::new(spot).with(|l| l.intensity = 100.0),
+        Light::new(rect).with(|l| l.intensity = 20.0),
+        Light::new(tube).with(|l| l.intensity = 100.0),
     ]
 }
 
@@ -140,7 +145,7 @@ fn the_sky_is_tinted_by_what_it_is_seen_through() {
 #[test]
 fn the_floor_below_glass_is_tinted() {
     let mut scene = Scene::new();
-    let environment = Environment { source: white(), ..Environment::default() };
+    let environment = Environment::default().with(|e| e.source = white());
     scene.set_environment(environment).unwrap();
     put(&mut scene, primitives::cuboid([1.0; 3]).unwrap(), glass(), [0.0, 0.5, 0.0]);
     let camera = Camera::look_at([0.0, 2.0, 3.0], [0.0, 0.0, 0.6], [0.0, 1.0, 0.0]).unwrap();

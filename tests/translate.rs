@@ -20,28 +20,29 @@ const MODELS: [ShadingModel; 6] = [
 
 fn metal(color: [f32; 3], roughness: f32) -> Material {
     let [r, g, b] = color;
-    Material {
-        base_color: [r, g, b, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness, texture: None },
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [r, g, b, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness, texture: None };
+    })
 }
 
 fn candy() -> Material {
-    let mut candy = Material { coat: 1.0, coat_roughness: 0.05, ..metal([0.86, 0.86, 0.87], 0.32) };
+    let mut candy = metal([0.86, 0.86, 0.87], 0.32).with(|m| {
+        m.coat = 1.0;
+        m.coat_roughness = 0.05;
+    });
     candy.lobes.coat.thickness = 1.0.into();
     candy.lobes.coat.extinction = [0.08, 1.9, 1.75];
     candy
 }
 
 fn plastic() -> Material {
-    Material {
-        base_color: [0.1, 0.3, 0.6, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None },
-        coat: 0.8,
-        coat_roughness: 0.2,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [0.1, 0.3, 0.6, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None };
+        m.coat = 0.8;
+        m.coat_roughness = 0.2;
+    })
 }
 
 #[test]
@@ -50,7 +51,7 @@ fn to_the_same_engine_it_is_the_same_material() {
     for model in MODELS {
         for material in [candy(), plastic()] {
             let found = translator.translate(&material, model, model).unwrap();
-            assert_eq!(found.material, Material { model: Some(model), ..material });
+            assert_eq!(found.material, material.with(|m| m.model = Some(model)));
             assert_eq!((found.before.all, found.after.all), (0.0, 0.0));
         }
     }
@@ -129,7 +130,10 @@ fn ten_thousand_at_random_are_no_nearer() {
 /// Aluminium flakes side by side; no light reaches the base.
 fn silver(hidden: [f32; 3]) -> Material {
     let [r, g, b] = hidden;
-    let mut silver = Material { coat: 1.0, coat_roughness: 0.02, ..plastic() };
+    let mut silver = plastic().with(|m| {
+        m.coat = 1.0;
+        m.coat_roughness = 0.02;
+    });
     silver.base_color = [r, g, b, 1.0];
     silver.lobes.flakes.share = 1.0;
     silver.lobes.flakes.color = [0.58, 0.59, 0.6];
@@ -190,7 +194,10 @@ fn films_and_peel_are_replaced() {
     assert!(found.material.lobes.iridescence.mask.factor > 0.2, "{found:?}");
     assert!(Goal::of_a_file(ShadingModel::OpenPbr).lacks(&chameleon).contains(&"films on flakes"));
 
-    let mut peel = Material { coat: 1.0, coat_roughness: 0.1, ..plastic() };
+    let mut peel = plastic().with(|m| {
+        m.coat = 1.0;
+        m.coat_roughness = 0.1;
+    });
     peel.lobes.coat_surface.peel = 0.1;
     let found = translator.translate(&peel, from, from).unwrap();
     // This project's own model keeps it, an engine has a rougher coat.
@@ -218,9 +225,13 @@ fn textured_numbers_are_found_over_the_range_of_the_texture() {
     let texels: Vec<[u8; 4]> = (0..64).map(|k| [40 + k, 36 + k, 30 + k, 255]).collect();
     let image = Arc::new(Image::new(8, 8, texels).unwrap());
     let texture = Texture::new(image, ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
-    let plain = Material { base_color: [1.0; 4], coat: 1.0, coat_roughness: 0.05, ..plastic() };
+    let plain = plastic().with(|m| {
+        m.base_color = [1.0; 4];
+        m.coat = 1.0;
+        m.coat_roughness = 0.05;
+    });
     let uses = TextureRef { texture: TextureId::from_index(0), uv_set: 0, transform: UvTransform::IDENTITY };
-    let wood = Material { base_color_texture: Some(uses), ..plain.clone() };
+    let wood = plain.clone().with(|m| m.base_color_texture = Some(uses));
     let (from, to) = (ShadingModel::OpenPbr, ShadingModel::Three);
     let mut translator = Translator::new();
     let found =
@@ -233,7 +244,10 @@ fn textured_numbers_are_found_over_the_range_of_the_texture() {
             let [r, g, b, a] = material.base_color;
             let texel = [0.0497, 0.0437, 0.0356];
             let base_color = [r * texel[0], g * texel[1], b * texel[2], a];
-            Material { base_color, base_color_texture: None, ..material.clone() }
+            material.clone().with(|m| {
+                m.base_color = base_color;
+                m.base_color_texture = None;
+            })
         };
         translator.distance((&colored(&wood), from), (&colored(material), to)).unwrap().all
     };

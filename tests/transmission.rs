@@ -19,16 +19,15 @@ fn camera() -> Camera {
 
 /// A surface of index 1, which reflects nothing.
 fn clear(transmission: Transmission) -> Material {
-    Material {
-        ior: 1.0,
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.0, texture: None },
-        lobes: overcoat::scene::Lobes { transmission, ..overcoat::scene::Lobes::default() },
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.ior = 1.0;
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.0, texture: None };
+        m.lobes.transmission = transmission;
+    })
 }
 
 fn through() -> Transmission {
-    Transmission { factor: 1.0.into(), ..Transmission::default() }
+    Transmission::default().with(|t| t.factor = 1.0.into())
 }
 
 struct Box {
@@ -38,7 +37,7 @@ struct Box {
 impl Box {
     fn new() -> Self {
         let mut scene = Scene::new();
-        let dark = Environment { source: EnvironmentSource::None, ..Environment::default() };
+        let dark = Environment::default().with(|e| e.source = EnvironmentSource::None);
         scene.set_environment(dark).unwrap();
         Self { scene }
     }
@@ -54,7 +53,7 @@ impl Box {
     fn wall(self, columns: u32, color: impl Fn(f32) -> [f32; 3]) -> Self {
         let mut mesh = shapes::square(columns);
         mesh.colors = mesh.positions.iter().map(|p| color(p[0])).map(|[r, g, b]| [r, g, b, 1.0]).collect();
-        let unlit = Material { unlit: true, ..Material::default() };
+        let unlit = Material::default().with(|m| m.unlit = true);
         self.place(
             mesh,
             unlit,
@@ -104,7 +103,7 @@ fn a_clear_pane_is_invisible_in_every_model_and_way() {
         // As a thin wall exactly, as a volume through the backdrop.
         let thin = Box::new().wall(8, stripes).pane(0.0, clear(through()));
         assert_close(&thin.render(options.clone()), &expected, 1e-6, model.name());
-        let deep = clear(Transmission { thickness: 0.5.into(), ..through() });
+        let deep = clear(through().with(|t| t.thickness = 0.5.into()));
         let deep = Box::new().wall(8, stripes).pane(0.0, deep);
         assert_close(&deep.render(options), &expected, 2e-6, model.name());
     }
@@ -112,7 +111,7 @@ fn a_clear_pane_is_invisible_in_every_model_and_way() {
 
 #[test]
 fn tints_multiply_layer_by_layer() {
-    let tint = |r, g, b| Material { base_color: [r, g, b, 1.0], ..clear(through()) };
+    let tint = |r, g, b| clear(through()).with(|m| m.base_color = [r, g, b, 1.0]);
     let expected: Vec<[f32; 4]> = Box::new()
         .wall(8, stripes)
         .pixels()
@@ -128,12 +127,11 @@ fn tints_multiply_layer_by_layer() {
 
 #[test]
 fn a_volume_absorbs_by_beer_and_lambert_and_scales_with_its_mesh() {
-    let absorbing = Transmission {
-        thickness: 0.75.into(),
-        attenuation_color: [0.5, 0.9, 0.1],
-        attenuation_distance: 0.5,
-        ..through()
-    };
+    let absorbing = through().with(|t| {
+        t.thickness = 0.75.into();
+        t.attenuation_color = [0.5, 0.9, 0.1];
+        t.attenuation_distance = 0.5;
+    });
     // Twice as large: 1.5 of the world's units, three times the distance.
     let big = Transform::from_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [2.0; 3]).unwrap();
     let seen = Box::new().wall(8, stripes).place(shapes::square(1), clear(absorbing), big);
@@ -158,13 +156,16 @@ fn a_tilted_slab_shifts_what_is_behind_it_by_snells_law() {
     // Black left of 0, white right of it.
     let mut wall = shapes::square(1);
     wall.positions.iter_mut().for_each(|p| p[0] = (p[0] + 1.0) * 0.5);
-    let white = Material { unlit: true, ..Material::default() };
+    let white = Material::default().with(|m| m.unlit = true);
     let behind = Transform::from_parts([0.0, 0.0, -2.0], [0.0, 0.0, 0.0, 1.0], [4.0; 3]).unwrap();
-    let black = Material { unlit: true, base_color: [0.0, 0.0, 0.0, 1.0], ..Material::default() };
+    let black = Material::default().with(|m| {
+        m.unlit = true;
+        m.base_color = [0.0, 0.0, 0.0, 1.0];
+    });
     let (tilt, thickness) = (45.0_f64.to_radians(), 0.6);
     let (sin_tilt, cos_tilt) = double::sin_cos(tilt);
     for ior in [1.0, 1.33, 1.5, 2.4] {
-        let slab = Material { ior, ..clear(Transmission { thickness: thickness.into(), ..through() }) };
+        let slab = clear(through().with(|t| t.thickness = thickness.into())).with(|m| m.ior = ior);
         let (sin, cos) = double::sin_cos(0.5 * tilt);
         let turned = Transform::from_parts([0.0; 3], [0.0, sin, 0.0, cos], [2.0; 3]).unwrap();
         let seen = Box::new()
@@ -183,18 +184,20 @@ fn a_tilted_slab_shifts_what_is_behind_it_by_snells_law() {
 
 #[test]
 fn a_picture_without_background_stays_open_behind_glass() {
-    let tinted = Material { base_color: [0.9, 0.6, 0.3, 1.0], ..clear(through()) };
-    let rough = Material {
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None },
-        ..tinted.clone()
-    };
+    let tinted = clear(through()).with(|m| m.base_color = [0.9, 0.6, 0.3, 1.0]);
+    let rough = tinted
+        .clone()
+        .with(|m| m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None });
     for material in [tinted.clone(), rough] {
         for p in Box::new().pane(0.0, material.clone()).pixels() {
             assert!((p[3] - 0.4).abs() < 2e-3, "1 less the mean of the tint is 0.4, not {}", p[3]);
             assert!(p[..3].iter().all(|&v| v == 0.0), "nothing to see in the dark: {p:?}");
         }
         // Half there, it hides half as much.
-        let half = Material { base_color: [0.9, 0.6, 0.3, 0.5], alpha_mode: AlphaMode::Blend, ..material };
+        let half = material.with(|m| {
+            m.base_color = [0.9, 0.6, 0.3, 0.5];
+            m.alpha_mode = AlphaMode::Blend;
+        });
         for p in Box::new().pane(0.0, half).pixels() {
             assert!((p[3] - 0.2).abs() < 2e-3, "{p:?}");
         }
@@ -204,26 +207,31 @@ fn a_picture_without_background_stays_open_behind_glass() {
 /// Light of any colour behind the picture, let through by its transmittance, is a wall of that colour behind the scene.
 #[test]
 fn what_is_put_behind_a_picture_looks_like_a_wall_behind_the_scene() {
-    let tint = |r, g, b, a| Material { base_color: [r, g, b, a], ..clear(through()) };
-    let rough = |material: Material| Material {
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.4, texture: None },
-        ior: 1.3,
-        ..material
+    let tint = |r, g, b, a| clear(through()).with(|m| m.base_color = [r, g, b, a]);
+    let rough = |material: Material| {
+        material.with(|m| {
+            m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.4, texture: None };
+            m.ior = 1.3;
+        })
     };
-    let blended =
-        Material { base_color: [0.2, 0.7, 0.1, 0.6], alpha_mode: AlphaMode::Blend, ..Material::default() };
-    let deep = Transmission {
-        thickness: 0.3.into(),
-        attenuation_color: [0.3, 0.9, 0.5],
-        attenuation_distance: 0.4,
-        dispersion: 5.0,
-        ..through()
-    };
-    let deep = Material { ior: 1.6, ..clear(deep) };
+    let blended = Material::default().with(|m| {
+        m.base_color = [0.2, 0.7, 0.1, 0.6];
+        m.alpha_mode = AlphaMode::Blend;
+    });
+    let deep = through().with(|t| {
+        t.thickness = 0.3.into();
+        t.attenuation_color = [0.3, 0.9, 0.5];
+        t.attenuation_distance = 0.4;
+        t.dispersion = 5.0;
+    });
+    let deep = clear(deep).with(|m| m.ior = 1.6);
     let flap = Transform::from_parts([0.3, 0.2, -0.7], [0.0, 0.0, 0.6, 0.8], [0.5; 3]).unwrap();
-    let opaque = Material { unlit: true, base_color: [0.7, 0.1, 0.2, 1.0], ..Material::default() };
+    let opaque = Material::default().with(|m| {
+        m.unlit = true;
+        m.base_color = [0.7, 0.1, 0.2, 1.0];
+    });
     let red = tint(0.9, 0.1, 0.2, 1.0);
-    let half = Material { alpha_mode: AlphaMode::Blend, ..tint(0.3, 0.9, 0.2, 0.5) };
+    let half = tint(0.3, 0.9, 0.2, 0.5).with(|m| m.alpha_mode = AlphaMode::Blend);
     let layers: [&[&Material]; 7] =
         [&[&red], &[&red, &blended], &[&half, &red], &[&deep], &[&deep, &blended], &[&blended, &half], &[]];
     for samples in [1, 8] {
@@ -277,10 +285,14 @@ fn glass_in_a_white_furnace_is_white() {
             let mut scene = Box::new();
             let white = EquirectImage::new(4, 2, vec![[1.0; 3]; 8]).unwrap();
             let source = EnvironmentSource::Image(Arc::new(white));
-            scene.scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
+            scene.scene.set_environment(Environment::default().with(|e| e.source = source)).unwrap();
             let workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness, texture: None };
-            let glass = Transmission { thickness: thickness.into(), ..through() };
-            let material = Material { ior: 1.5, workflow, coat, ..clear(glass) };
+            let glass = through().with(|t| t.thickness = thickness.into());
+            let material = clear(glass).with(|m| {
+                m.ior = 1.5;
+                m.workflow = workflow;
+                m.coat = coat;
+            });
             let seen = scene.pane(0.0, material);
             let options = RenderOptions::draft(512, 512)
                 .with_samples(1)
@@ -301,7 +313,11 @@ fn rough_glass_blurs_and_keeps_the_mean() {
     let contrast = |roughness: f32| {
         let workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness, texture: None };
         // An index of 1 would not scatter; the specular weight takes the reflection away.
-        let frosted = Material { ior: 1.5, specular: 0.0, workflow, ..clear(through()) };
+        let frosted = clear(through()).with(|m| {
+            m.ior = 1.5;
+            m.specular = 0.0;
+            m.workflow = workflow;
+        });
         let pixels = Box::new().wall(64, split).pane(0.0, frosted).pixels();
         let row = &pixels[SIDE * SIDE / 2..][..SIDE];
         let mean = row.iter().map(|p| p[0]).sum::<f32>() / SIDE as f32;
@@ -321,15 +337,16 @@ fn rough_glass_blurs_and_keeps_the_mean() {
 #[test]
 fn paper_glows_with_the_light_behind_it() {
     let intensity = 2.0;
-    let light = |z: f32| Light {
-        color: [1.0; 3],
-        intensity,
-        ..Light::new(LightKind::Directional { direction: [0.0, 0.0, z] })
+    let light = |z: f32| {
+        Light::new(LightKind::Directional { direction: [0.0, 0.0, z] }).with(|l| {
+            l.color = [1.0; 3];
+            l.intensity = intensity;
+        })
     };
     let paper = |diffuse: f32, model| {
         let mut front_and_back = [0.0; 2];
         for (seen, z) in front_and_back.iter_mut().zip([-1.0, 1.0]) {
-            let mut material = Material { specular: 0.0, ..Material::default() };
+            let mut material = Material::default().with(|m| m.specular = 0.0);
             material.lobes.transmission.diffuse.factor = diffuse;
             let mut scene = Box::new().pane(0.0, material);
             scene.scene.add_light(light(z)).unwrap();
@@ -350,7 +367,7 @@ fn paper_glows_with_the_light_behind_it() {
 #[test]
 fn limits_let_through_the_same_whatever_the_tiles() {
     let mut scene = Box::new().wall(32, stripes);
-    let glass = clear(Transmission { thickness: 0.5.into(), ..through() });
+    let glass = clear(through().with(|t| t.thickness = 0.5.into()));
     let small = Transform::from_parts([0.3, 0.2, 0.0], [0.0, 0.0, 0.0, 1.0], [0.2; 3]).unwrap();
     scene = scene.place(shapes::square(4), glass, small);
     let fragments = |tile: u32, limit: u64| {

@@ -17,30 +17,28 @@ fn under(radiance: [f32; 3]) -> Scene {
     let mut scene = Scene::new();
     let sky = EquirectImage::new(8, 4, vec![radiance; 32]).unwrap();
     let source = EnvironmentSource::Image(Arc::new(sky));
-    scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
+    scene.set_environment(Environment::default().with(|e| e.source = source)).unwrap();
     scene
 }
 
 fn matte(color: [f32; 3]) -> Material {
-    Material {
-        base_color: [color[0], color[1], color[2], 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
-        specular: 0.0,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [color[0], color[1], color[2], 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None };
+        m.specular = 0.0;
+    })
 }
 
 fn metal(roughness: f32) -> Material {
-    Material {
-        base_color: [1.0; 4],
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness, texture: None },
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [1.0; 4];
+        m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness, texture: None };
+    })
 }
 
 fn put(scene: &mut Scene, mesh: Mesh, material: Material, place: [f64; 3]) {
     let mesh = scene.add_mesh(mesh).unwrap();
-    let material = scene.add_material(Material { double_sided: true, ..material }).unwrap();
+    let material = scene.add_material(material.with(|m| m.double_sided = true)).unwrap();
     let transform = Transform::translation(place).unwrap();
     scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
 }
@@ -178,7 +176,7 @@ fn a_room_that_the_eye_looks_into_is_as_bright_as_without_shadows() {
 #[test]
 fn a_closed_white_box_never_gains_energy() {
     let mut scene = under([1.0; 3]);
-    let wall = Material { emissive: [0.2; 3], ..matte([0.8; 3]) };
+    let wall = matte([0.8; 3]).with(|m| m.emissive = [0.2; 3]);
     for axis in 0..3 {
         for side in [-1.0, 1.0] {
             let mut size = [4.4_f32; 3];
@@ -285,7 +283,7 @@ fn a_small_square_that_shines_lights_the_floor_by_its_form_factor() {
         })
         .sum();
     let expected = albedo * radiance * form as f32;
-    let lamp = Material { emissive: [radiance; 3], ..matte([0.0; 3]) };
+    let lamp = matte([0.0; 3]).with(|m| m.emissive = [radiance; 3]);
     let room = |blocked: bool| {
         let mut scene = under([0.0; 3]);
         put(&mut scene, primitives::plane([6.0, 6.0]).unwrap(), matte([albedo; 3]), [0.0; 3]);
@@ -339,7 +337,10 @@ fn crowd() -> Scene {
     let colors = [[0.9, 0.2, 0.1], [0.1, 0.6, 0.9], [0.8, 0.8, 0.2]];
     for (k, color) in colors.into_iter().enumerate() {
         let place = [k as f64 * 0.7 - 0.7, 0.3, (k as f64 - 1.0) * 0.4];
-        let material = Material { coat: 1.0, coat_roughness: 0.1 * k as f32, ..matte(color) };
+        let material = matte(color).with(|m| {
+            m.coat = 1.0;
+            m.coat_roughness = 0.1 * k as f32;
+        });
         put(&mut scene, primitives::sphere(0.45, 24).unwrap(), material, place);
     }
     put(
@@ -469,7 +470,12 @@ fn lamps_of_short_reach_shine_on_what_rays_hit() {
     let mut scene = crowd();
     for x in [-1.0_f32, 0.0, 1.0] {
         let kind = LightKind::Point { position: [x, 0.4, 0.6], range: Some(0.8) };
-        scene.add_light(Light { color: [1.0, 0.5, 0.2], intensity: 2.0, ..Light::new(kind) }).unwrap();
+        scene
+            .add_light(Light::new(kind).with(|l| {
+                l.color = [1.0, 0.5, 0.2];
+                l.intensity = 2.0;
+            }))
+            .unwrap();
     }
     let camera = looking([1.0, 1.5, 3.0], [0.0, 0.3, 0.0]);
     let visibility = Visibility::new(32, 64, 4);
@@ -540,7 +546,7 @@ fn scenes_at_the_ends_of_what_there_is_have_a_picture_or_an_error() {
     put(&mut vast, primitives::cuboid([1e9; 3]).unwrap(), matte([1.0; 3]), [0.0, -5e8, 0.0]);
     put(&mut vast, primitives::sphere(1.0, 16).unwrap(), matte([1.0; 3]), [0.0; 3]);
     let mut dark = crowd();
-    dark.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() }).unwrap();
+    dark.set_environment(Environment::default().with(|e| e.source = EnvironmentSource::None)).unwrap();
     // Nothing that blocks light, and something to see.
     let mut glass = under([1.0; 3]);
     let mut material = matte([1.0; 3]);

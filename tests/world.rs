@@ -136,7 +136,11 @@ impl Pair {
         for (red, metallic) in [(0.8, 0.0), (0.2, 1.0), (0.5, 0.3)] {
             let workflow = Workflow::MetallicRoughness { metallic, roughness: 0.4, texture: None };
             let base_color = [red, 0.3, 0.9 - red, 1.0];
-            let material = Material { base_color, workflow, double_sided: true, ..Material::default() };
+            let material = Material::default().with(|m| {
+                m.base_color = base_color;
+                m.workflow = workflow;
+                m.double_sided = true;
+            });
             materials.push((world.add_material(material.clone()).unwrap(), material));
         }
         Self { world, meshes, materials, lights: Vec::new(), instances: Vec::new() }
@@ -288,7 +292,7 @@ fn what_is_used_is_not_removed_and_what_is_refused_changes_nothing() {
     assert_eq!((world.scene().instances().len(), world.instances().count()), (1, 1));
     let other = World::new();
     assert!(matches!(other.transform(cube), Err(WorldError::Foreign { what: "instance" })));
-    let dark = Material { ior: -4.0, ..Material::default() };
+    let dark = Material::default().with(|m| m.ior = -4.0);
     assert!(world.set_material(material, dark).is_err());
     world.remove_instance(cube).unwrap();
     world.remove_mesh(mesh).unwrap();
@@ -442,10 +446,7 @@ fn pictures_become_better_until_nothing_is_better_and_begin_again_after_a_change
         match change {
             0 => {}
             1 => orbit.turn(0.4, -0.1),
-            _ => loaded
-                .scene
-                .set_environment(Environment { intensity: 0.5, ..Environment::default() })
-                .unwrap(),
+            _ => loaded.scene.set_environment(Environment::default().with(|e| e.intensity = 0.5)).unwrap(),
         }
         for (quality, is_last) in [(Quality::Draft, false), (Quality::Fast, false), (Quality::Good, true)] {
             let (own, is_final, bytes) = refine(&mut viewport, &loaded.scene, &orbit).unwrap();

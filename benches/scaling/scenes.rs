@@ -49,7 +49,7 @@ pub fn add_lights(scene: &mut Scene, count: u32) {
         let position = [3.0 * ring * cos, 3.0 * height, 3.0 * ring * sin].map(|v| v as f32);
         let kind = LightKind::Point { position, range: None };
         scene
-            .add_light(Light { intensity: 20.0 / count as f32, ..Light::new(kind) })
+            .add_light(Light::new(kind).with(|l| l.intensity = 20.0 / count as f32))
             .expect("its numbers are in range");
     }
 }
@@ -66,13 +66,12 @@ pub fn parallel(height: f32) -> Camera {
 
 fn painted(data: MeshData) -> Scene {
     let mut scene = Scene::new();
-    let material = Material {
-        base_color: [0.7, 0.05, 0.03, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.3, roughness: 0.4, texture: None },
-        coat: 1.0,
-        coat_roughness: 0.05,
-        ..Material::default()
-    };
+    let material = Material::default().with(|m| {
+        m.base_color = [0.7, 0.05, 0.03, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.3, roughness: 0.4, texture: None };
+        m.coat = 1.0;
+        m.coat_roughness = 0.05;
+    });
     let mesh = scene.add_mesh(Mesh::new(data).expect("indices are in range")).expect("one mesh");
     let material = scene.add_material(material).expect("factors are in range");
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).expect("mesh and material exist");

@@ -21,33 +21,23 @@ use std::error::Error;
 /// An octahedron of red lacquer.
 fn gem() -> Result<(Scene, Camera), SceneError> {
     let mut scene = Scene::new();
-    let mesh = scene.add_mesh(Mesh::new(MeshData {
-        positions: vec![
+    let mesh = scene.add_mesh(Mesh::new(MeshData::default().with(|d| {
+        d.positions = vec![
             [1.0, 0.0, 0.0],
             [-1.0, 0.0, 0.0],
             [0.0, 1.5, 0.0],
             [0.0, -1.5, 0.0],
             [0.0, 0.0, 1.0],
             [0.0, 0.0, -1.0],
-        ],
-        triangles: vec![
-            [2, 4, 0],
-            [2, 0, 5],
-            [2, 5, 1],
-            [2, 1, 4],
-            [3, 0, 4],
-            [3, 5, 0],
-            [3, 1, 5],
-            [3, 4, 1],
-        ],
-        ..MeshData::default()
-    })?)?;
-    let lacquer = scene.add_material(Material {
-        base_color: [0.6, 0.03, 0.05, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.4, texture: None },
-        coat: 1.0,
-        ..Material::default()
-    })?;
+        ];
+        d.triangles =
+            vec![[2, 4, 0], [2, 0, 5], [2, 5, 1], [2, 1, 4], [3, 0, 4], [3, 5, 0], [3, 1, 5], [3, 4, 1]];
+    }))?)?;
+    let lacquer = scene.add_material(Material::default().with(|m| {
+        m.base_color = [0.6, 0.03, 0.05, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.4, texture: None };
+        m.coat = 1.0;
+    }))?;
     scene.add_instance(Instance::new(mesh, lacquer, Transform::IDENTITY))?;
     let camera = Framing::default().camera(&scene);
     Ok((scene, camera))

@@ -16,7 +16,7 @@
 //! # fn main() -> Result<(), overcoat::world::WorldError> {
 //! let mut world = World::new();
 //! let ball = world.add_mesh(primitives::sphere(0.5, 48)?)?;
-//! let red = world.add_material(Material { base_color: [0.8, 0.1, 0.1, 1.0], coat: 1.0, ..Material::default() })?;
+//! let red = world.add_material(Material::default().with(|m| m.base_color = [0.8, 0.1, 0.1, 1.0]))?;
 //! let left = world.add_instance(ball, red, Transform::translation([-1.0, 0.0, 0.0])?)?;
 //! let right = world.add_instance(ball, red, Transform::translation([1.0, 0.0, 0.0])?)?;
 //! let sun = world.add_light(Light::directional([0.0, -1.0, -1.0], 2.0))?;

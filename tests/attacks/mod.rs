@@ -18,7 +18,7 @@ use overcoat::description::{Description, EnvironmentChoice, Machine, MaterialSou
 use overcoat::limits::Limits;
 use overcoat::output::{OutputFormat, OutputOptions, encode};
 use overcoat::render::{Quality, Renderer};
-use overcoat_cli::failure::Failure;
+use overcoat_worker::failure::Failure;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

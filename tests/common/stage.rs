@@ -28,7 +28,7 @@ impl Stage {
     /// Without any light.
     pub fn dark() -> Result<Self, SceneError> {
         let mut scene = Scene::new();
-        scene.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() })?;
+        scene.set_environment(Environment::default().with(|e| e.source = EnvironmentSource::None))?;
         Ok(Self { scene })
     }
 
@@ -36,7 +36,7 @@ impl Stage {
     pub fn under(sky: Arc<EquirectImage>) -> Result<Self, SceneError> {
         let mut scene = Scene::new();
         let source = EnvironmentSource::Image(sky);
-        scene.set_environment(Environment { source, ..Environment::default() })?;
+        scene.set_environment(Environment::default().with(|e| e.source = source))?;
         Ok(Self { scene })
     }
 
@@ -107,11 +107,10 @@ impl Stage {
     /// A directional light from the upper left front, in lux.
     pub fn key_light(&mut self, intensity: f32) -> Result<(), SceneError> {
         let direction = [0.6, -0.64, -0.48];
-        self.scene.add_light(Light {
-            color: [1.0; 3],
-            intensity,
-            ..Light::new(LightKind::Directional { direction })
-        })
+        self.scene.add_light(Light::new(LightKind::Directional { direction }).with(|l| {
+            l.color = [1.0; 3];
+            l.intensity = intensity;
+        }))
     }
 
     pub fn seen(self, camera: Camera) -> Built {
@@ -148,22 +147,22 @@ pub fn flat_view() -> Camera {
 
 /// Base colour only: what light falls on cannot change it.
 pub fn unlit(r: f32, g: f32, b: f32) -> Material {
-    Material { base_color: [r, g, b, 1.0], unlit: true, ..Material::default() }
+    Material::default().with(|m| {
+        m.base_color = [r, g, b, 1.0];
+        m.unlit = true;
+    })
 }
 
 /// A dielectric.
 pub fn plastic(r: f32, g: f32, b: f32, roughness: f32) -> Material {
-    Material {
-        base_color: [r, g, b, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness, texture: None },
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [r, g, b, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness, texture: None };
+    })
 }
 
 /// A metal.
 pub fn metal(r: f32, g: f32, b: f32, roughness: f32) -> Material {
-    Material {
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness, texture: None },
-        ..plastic(r, g, b, roughness)
-    }
+    plastic(r, g, b, roughness)
+        .with(|m| m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness, texture: None })
 }

@@ -75,7 +75,7 @@ impl Ball {
         scene.add_light(Light::directional(to_lamp.map(|c| -c), setting.lamp)).unwrap();
         let sky = EquirectImage::new(8, 4, vec![[setting.sky; 3]; 32]).unwrap();
         let source = EnvironmentSource::Image(Arc::new(sky));
-        scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
+        scene.set_environment(Environment::default().with(|e| e.source = source)).unwrap();
         let mut camera = Camera::look_at([0.0, 0.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0]).unwrap();
         camera.projection = Projection::Orthographic { height: 2.06 };
         let options = RenderOptions::draft(FINE as u32, FINE as u32)

@@ -16,13 +16,12 @@ const COAT_ROUGHNESS: f32 = 0.1;
 /// Lacquered gold.
 pub fn material(once: bool) -> Material {
     let [r, g, b] = GOLD;
-    let mut material = Material {
-        base_color: [r, g, b, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: ROUGHNESS, texture: None },
-        coat: 1.0,
-        coat_roughness: COAT_ROUGHNESS,
-        ..Material::default()
-    };
+    let mut material = Material::default().with(|m| {
+        m.base_color = [r, g, b, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: ROUGHNESS, texture: None };
+        m.coat = 1.0;
+        m.coat_roughness = COAT_ROUGHNESS;
+    });
     material.options.filament_2018.single_attenuation = once;
     material
 }

@@ -36,12 +36,11 @@ pub enum Notes {
 /// Red plastic under a coat.
 pub fn material() -> Material {
     let [r, g, b] = RED;
-    Material {
-        base_color: [r, g, b, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: ROUGHNESS, texture: None },
-        coat: 1.0,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [r, g, b, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: ROUGHNESS, texture: None };
+        m.coat = 1.0;
+    })
 }
 
 pub fn shade(normal: Color, setting: &Setting, notes: Notes) -> Color {

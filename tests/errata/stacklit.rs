@@ -32,13 +32,12 @@ pub enum Notes {
 /// Lacquered copper.
 pub fn material() -> Material {
     let [r, g, b] = COPPER;
-    Material {
-        base_color: [r, g, b, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: ROUGHNESS, texture: None },
-        coat: 1.0,
-        coat_roughness: COAT_ROUGHNESS,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [r, g, b, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: ROUGHNESS, texture: None };
+        m.coat = 1.0;
+        m.coat_roughness = COAT_ROUGHNESS;
+    })
 }
 
 pub fn shade(normal: Color, setting: &Setting, notes: Notes) -> Color {

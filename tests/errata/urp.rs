@@ -26,13 +26,12 @@ pub enum Notes {
 /// Lacquered steel.
 pub fn material() -> Material {
     let [r, g, b] = STEEL;
-    Material {
-        base_color: [r, g, b, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: ROUGHNESS, texture: None },
-        coat: 1.0,
-        coat_roughness: COAT_ROUGHNESS,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [r, g, b, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: ROUGHNESS, texture: None };
+        m.coat = 1.0;
+        m.coat_roughness = COAT_ROUGHNESS;
+    })
 }
 
 /// The perceptual roughness of the base under a full coat.

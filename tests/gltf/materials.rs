@@ -20,16 +20,15 @@ fn material(given: Value) -> Material {
 
 /// Coats of the specification do not darken.
 fn plain_lobes() -> Lobes {
-    Lobes { coat: CoatMedium { darkening: 0.0, ..CoatMedium::default() }, ..Lobes::default() }
+    Lobes::default().with(|l| l.coat = CoatMedium::default().with(|c| c.darkening = 0.0))
 }
 
 #[test]
 fn defaults_are_those_of_the_specification() {
-    let expected = Material {
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None },
-        lobes: plain_lobes(),
-        ..Material::default()
-    };
+    let expected = Material::default().with(|m| {
+        m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None };
+        m.lobes = plain_lobes();
+    });
     assert_eq!(material(json!({})), expected);
     assert_eq!(material(json!({"pbrMetallicRoughness": {}})), expected);
     // A primitive without a material, in a file that has one for others.
@@ -88,22 +87,21 @@ fn every_factor_arrives() {
             "KHR_materials_unlit": {},
         },
     }));
-    let expected = Material {
-        name: "everything".to_owned(),
-        double_sided: true,
-        alpha_mode: AlphaMode::Mask { cutoff: 0.25 },
-        base_color: [0.1, 0.2, 0.3, 0.4],
-        workflow: Workflow::MetallicRoughness { metallic: 0.5, roughness: 0.6, texture: None },
-        emissive: [4.0, 2.0, 8.0],
-        coat: 0.7,
-        coat_roughness: 0.8,
-        ior: 1.8,
-        specular: 0.9,
-        specular_color: [2.0, 0.5, 0.25],
-        unlit: true,
-        lobes: plain_lobes(),
-        ..Material::default()
-    };
+    let expected = Material::default().with(|m| {
+        m.name = "everything".to_owned();
+        m.double_sided = true;
+        m.alpha_mode = AlphaMode::Mask { cutoff: 0.25 };
+        m.base_color = [0.1, 0.2, 0.3, 0.4];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.5, roughness: 0.6, texture: None };
+        m.emissive = [4.0, 2.0, 8.0];
+        m.coat = 0.7;
+        m.coat_roughness = 0.8;
+        m.ior = 1.8;
+        m.specular = 0.9;
+        m.specular_color = [2.0, 0.5, 0.25];
+        m.unlit = true;
+        m.lobes = plain_lobes();
+    });
     assert_eq!(m, expected);
     assert_eq!(material(json!({"extensions": {"KHR_materials_ior": {"ior": 0}}})).ior, 0.0);
 }
@@ -131,15 +129,15 @@ fn transmission_and_volume() {
         },
     }));
     let scalar = |factor: f32, channel: u8| ScalarParameter { factor, texture: None, channel };
-    let expected = Transmission {
-        factor: scalar(0.9, 0),
-        diffuse: scalar(0.6, 3),
-        diffuse_color: [0.5, 0.6, 0.7].into(),
-        thickness: scalar(2.5, 1),
-        attenuation_color: [0.1, 0.2, 0.3],
-        attenuation_distance: 0.5,
-        dispersion: 0.4,
-    };
+    let expected = Transmission::default().with(|t| {
+        t.factor = scalar(0.9, 0);
+        t.diffuse = scalar(0.6, 3);
+        t.diffuse_color = [0.5, 0.6, 0.7].into();
+        t.thickness = scalar(2.5, 1);
+        t.attenuation_color = [0.1, 0.2, 0.3];
+        t.attenuation_distance = 0.5;
+        t.dispersion = 0.4;
+    });
     assert_eq!(all, expected);
     let texture = json!({"index": 0});
     let textured = through(json!({

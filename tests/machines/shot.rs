@@ -8,7 +8,7 @@ use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, LoadOptions, MaterialFile, MemoryResolver, load_bytes_with, load_environment};
 use overcoat::render::RenderOptions;
-use overcoat::scene::{Camera, Environment, EnvironmentSource, EquirectImage, Scene};
+use overcoat::scene::{Camera, EnvironmentSource, EquirectImage, Scene};
 use overcoat_core::math::lanes::SimdLevel;
 use overcoat_stages::light::PrefilteredEnvironment;
 use std::collections::BTreeMap;
@@ -69,8 +69,7 @@ impl Shot {
         }
         file.light(&mut scene, limits, jobs).map_err(|e| e.to_string())?;
         if let Some(sky) = sky {
-            let environment =
-                Environment { source: EnvironmentSource::Image(sky), ..scene.environment().clone() };
+            let environment = scene.environment().clone().with(|e| e.source = EnvironmentSource::Image(sky));
             scene.set_environment(environment).map_err(|e| e.to_string())?;
         }
         let camera = file.camera(&scene, &options).map_err(|e| e.to_string())?;

@@ -33,7 +33,7 @@ const STEP: f64 = 0.003_9;
 /// A ball of coarse flakes in the studio under a lamp, turned about the axis that stands upright.
 fn picture(side: usize, angle: f64) -> Vec<[f32; 4]> {
     let mut scene = Scene::new();
-    let studio = Environment { source: EnvironmentSource::Studio, ..Environment::default() };
+    let studio = Environment::default().with(|e| e.source = EnvironmentSource::Studio);
     scene.set_environment(studio).unwrap();
     let mesh = scene.add_mesh(Mesh::new(shapes::sphere(128)).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
@@ -41,7 +41,7 @@ fn picture(side: usize, angle: f64) -> Vec<[f32; 4]> {
     let transform = stage::turned([0.0; 3], [0.0, 1.0, 0.0], [sin, cos], 1.0).unwrap();
     scene.add_instance(Instance::new(mesh, material, transform)).unwrap();
     let light = LightKind::Directional { direction: [0.3, -0.4, -0.866] };
-    scene.add_light(Light { intensity: 0.4, ..Light::new(light) }).unwrap();
+    scene.add_light(Light::new(light).with(|l| l.intensity = 0.4)).unwrap();
     let paint = BuiltinMaterial::named("metalflake-red").unwrap();
     let file = paint.load(&Limits::default(), &Jobs::new(1)).unwrap();
     file.assign(&mut scene, None, &Limits::default()).unwrap();

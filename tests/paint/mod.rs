@@ -14,7 +14,10 @@ const HOUSE: [ShadingModel; 3] = [ShadingModel::Standard, ShadingModel::OpenPbr,
 
 /// Flakes that cover everything, this many along the two units of the square of [`stage::flat_view`].
 fn flakes(across: f32) -> Flakes {
-    Flakes { share: 1.0, size: 2.0 / across, ..Flakes::default() }
+    Flakes::default().with(|f| {
+        f.share = 1.0;
+        f.size = 2.0 / across;
+    })
 }
 
 fn painted(flakes: Flakes) -> Material {
@@ -29,7 +32,7 @@ fn lit(mesh: MeshData, material: Material, direction: [f32; 3]) -> Scene {
     let mut stage = stage::Stage::new().unwrap();
     put(&mut stage, mesh, material, stage::at([0.0; 3], 1.0).unwrap());
     let light = LightKind::Directional { direction };
-    stage.scene.add_light(Light { intensity: 3.0, ..Light::new(light) }).unwrap();
+    stage.scene.add_light(Light::new(light).with(|l| l.intensity = 3.0)).unwrap();
     stage.scene
 }
 
@@ -69,7 +72,7 @@ fn contrast(pixels: &[[f32; 4]]) -> f64 {
 fn flakes_reflect_as_much_at_every_size_of_picture() {
     for model in HOUSE {
         for share in [1.0, 0.3] {
-            let material = painted(Flakes { share, ..flakes(400.0) });
+            let material = painted(flakes(400.0).with(|f| f.share = share));
             let scene = lit(crate::common::shapes::square(1), material, [0.3, -0.2, -0.93]);
             let large = mean(&pixels(&scene, 2048, model), 1);
             for side in [64, 256, 1024] {
@@ -85,7 +88,7 @@ fn flakes_reflect_as_much_at_every_size_of_picture() {
 /// Mirrors that absorb nothing show what is all around, whichever way they lie.
 #[test]
 fn white_flakes_in_white_light_are_white() {
-    let white = Flakes { color: [1.0; 3], ..flakes(30.0) };
+    let white = flakes(30.0).with(|f| f.color = [1.0; 3]);
     for side in [16, 64, 300] {
         for pixel in
             pixels(&furnace(crate::common::shapes::square(1), painted(white)), side, ShadingModel::Standard)
@@ -99,7 +102,10 @@ fn white_flakes_in_white_light_are_white() {
 #[test]
 fn as_many_flakes_are_seen_as_there_are() {
     for share in [0.05, 0.3, 0.8] {
-        let material = painted(Flakes { share, color: [1.0; 3], ..flakes(300.0) });
+        let material = painted(flakes(300.0).with(|f| {
+            f.share = share;
+            f.color = [1.0; 3];
+        }));
         let scene = furnace(crate::common::shapes::square(1), material);
         for side in [32, 100, 300, 1500] {
             let seen = mean(&pixels(&scene, side, ShadingModel::Standard), 1);
@@ -180,7 +186,10 @@ fn flakes_move_with_the_object_and_keep_their_size() {
 
 #[test]
 fn a_film_has_another_color_at_every_angle() {
-    let pearl = Flakes { color: [0.3; 3], film_thickness: 300.0, ..flakes(4000.0) };
+    let pearl = flakes(4000.0).with(|f| {
+        f.color = [0.3; 3];
+        f.film_thickness = 300.0;
+    });
     let scene = furnace(crate::common::shapes::sphere(64), painted(pearl));
     let seen = pixels(&scene, 65, ShadingModel::Standard);
     let hue = |column: usize| {
@@ -190,7 +199,7 @@ fn a_film_has_another_color_at_every_angle() {
     let [middle, edge] = [hue(32), hue(60)];
     assert!((middle[0] - edge[0]).abs() > 0.3 || (middle[1] - edge[1]).abs() > 0.3, "{middle:?} {edge:?}");
     // A film of the paint's own index is none, and what has none has one colour.
-    let none = Flakes { film_ior: 1.5, ..pearl };
+    let none = pearl.with(|f| f.film_ior = 1.5);
     for pixel in pixels(&furnace(crate::common::shapes::square(1), painted(none)), 8, ShadingModel::Standard)
     {
         assert!((pixel[0] - pixel[2]).abs() < 0.02, "{pixel:?}");
@@ -200,7 +209,10 @@ fn a_film_has_another_color_at_every_angle() {
 /// Light that mica does not reflect reaches the base: over white, in white light, nothing is lost.
 #[test]
 fn mica_lets_through_what_it_does_not_reflect() {
-    let mut material = painted(Flakes { color: [0.2, 0.3, 0.1], transparency: 1.0, ..flakes(400.0) });
+    let mut material = painted(flakes(400.0).with(|f| {
+        f.color = [0.2, 0.3, 0.1];
+        f.transparency = 1.0;
+    }));
     material.base_color = [1.0; 4];
     let through =
         pixels(&furnace(crate::common::shapes::square(1), material.clone()), 32, ShadingModel::Standard);
@@ -223,7 +235,12 @@ fn coated(surface: CoatSurface) -> Material {
 /// Waves bend what the coat mirrors, as far as pixels show them, and take nothing away.
 #[test]
 fn orange_peel_bends_reflections() {
-    let peel = |size: f32| CoatSurface { peel: 0.03, peel_size: size, ..CoatSurface::default() };
+    let peel = |size: f32| {
+        CoatSurface::default().with(|c| {
+            c.peel = 0.03;
+            c.peel_size = size;
+        })
+    };
     for model in HOUSE {
         // The lamp is in the mirror.
         let of = |surface| {
@@ -245,8 +262,12 @@ fn orange_peel_bends_reflections() {
 
 #[test]
 fn scratches_cover_their_share() {
-    let scratched =
-        |share: f32| CoatSurface { scratches: share, scratch_length: 0.5, ..CoatSurface::default() };
+    let scratched = |share: f32| {
+        CoatSurface::default().with(|c| {
+            c.scratches = share;
+            c.scratch_length = 0.5;
+        })
+    };
     for model in HOUSE {
         let of = |surface| {
             pixels(&lit(crate::common::shapes::square(1), coated(surface), [0.3, -0.2, -0.93]), 400, model)
@@ -286,19 +307,23 @@ fn extremes_are_finite() {
     let mut found = Vec::new();
     for size in [Flakes::LEAST_SIZE, 1e-3, 1e6] {
         for end in [0.0, 1.0] {
-            let mut material = painted(Flakes {
-                share: 0.5,
-                color: [end; 3],
-                size,
-                spread: end,
-                roughness: end,
-                film_thickness: end * 1e5,
-                film_ior: 5.0,
-                transparency: end,
-            });
+            let mut material = painted(Flakes::default().with(|f| {
+                f.share = 0.5;
+                f.color = [end; 3];
+                f.size = size;
+                f.spread = end;
+                f.roughness = end;
+                f.film_thickness = end * 1e5;
+                f.film_ior = 5.0;
+                f.transparency = end;
+            }));
             material.coat = 1.0;
-            material.lobes.coat_surface =
-                CoatSurface { peel: 1.0, peel_size: size, scratches: 1.0, scratch_length: size };
+            material.lobes.coat_surface = CoatSurface::default().with(|c| {
+                c.peel = 1.0;
+                c.peel_size = size;
+                c.scratches = 1.0;
+                c.scratch_length = size;
+            });
             let mut far = crate::common::shapes::sphere(16);
             for position in &mut far.positions {
                 position[0] += 1e7 * end;

@@ -97,20 +97,20 @@ unsafe fn material(pointer: *const overcoat_material) -> Result<Material, Failur
         other => return Err(Failure::argument(format!("alpha_mode: {other} is not 0 to 2"))),
     };
     let (metallic, roughness) = (own.metallic, own.roughness);
-    Ok(Material {
-        base_color: own.base_color,
-        workflow: Workflow::MetallicRoughness { metallic, roughness, texture: None },
-        ior: own.ior,
-        coat: own.coat,
-        coat_roughness: own.coat_roughness,
-        emissive: own.emissive,
-        alpha_mode,
-        double_sided: own.double_sided,
-        unlit: own.unlit,
-        // SAFETY: of the caller.
-        model: unsafe { shading(own.shading) }?,
-        ..Material::default()
-    })
+    // SAFETY: of the caller.
+    let model = unsafe { shading(own.shading) }?;
+    Ok(Material::default().with(|m| {
+        m.base_color = own.base_color;
+        m.workflow = Workflow::MetallicRoughness { metallic, roughness, texture: None };
+        m.ior = own.ior;
+        m.coat = own.coat;
+        m.coat_roughness = own.coat_roughness;
+        m.emissive = own.emissive;
+        m.alpha_mode = alpha_mode;
+        m.double_sided = own.double_sided;
+        m.unlit = own.unlit;
+        m.model = model;
+    }))
 }
 
 /// Adds a material.
@@ -243,7 +243,10 @@ unsafe fn light(pointer: *const overcoat_light) -> Result<Light, Failure> {
         },
         other => return Err(Failure::argument(format!("kind: {other} is not 0 to 2"))),
     };
-    Ok(Light { color: own.color, intensity: own.intensity, ..Light::new(kind) })
+    Ok(Light::new(kind).with(|l| {
+        l.color = own.color;
+        l.intensity = own.intensity;
+    }))
 }
 
 /// Adds a light.

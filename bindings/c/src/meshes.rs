@@ -91,14 +91,12 @@ unsafe fn mesh(own: &overcoat_mesh) -> Result<Mesh, Failure> {
         } else {
             list("indices", own.indices.cast::<[u32; 3]>(), own.triangle_count)?
         };
-        let data = MeshData {
-            positions,
-            normals: list("normals", own.normals.cast::<[f32; 3]>(), count)?,
-            uvs: [list("uvs", own.uvs.cast::<[f32; 2]>(), count)?, Vec::new()],
-            colors: linear(&list("vertex_colors", own.vertex_colors.cast::<[u8; 4]>(), count)?),
-            triangles,
-            ..MeshData::default()
-        };
+        let mut data = MeshData::default();
+        data.positions = positions;
+        data.normals = list("normals", own.normals.cast::<[f32; 3]>(), count)?;
+        data.uvs[0] = list("uvs", own.uvs.cast::<[f32; 2]>(), count)?;
+        data.colors = linear(&list("vertex_colors", own.vertex_colors.cast::<[u8; 4]>(), count)?);
+        data.triangles = triangles;
         if own.face_colors.is_null() {
             return Ok(Mesh::new(data)?);
         }

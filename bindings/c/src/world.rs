@@ -293,7 +293,11 @@ pub unsafe extern "C" fn overcoat_set_environment(
                 }
                 other => return Err(Failure::argument(format!("kind: {other} is not 0 to 3"))),
             };
-            Ok(inner.world(world)?.set_environment(Environment { source, rotation_degrees, intensity })?)
+            Ok(inner.world(world)?.set_environment(Environment::default().with(|e| {
+                e.source = source;
+                e.rotation_degrees = rotation_degrees;
+                e.intensity = intensity;
+            }))?)
         })
     }
 }

@@ -140,15 +140,13 @@ impl MeshArrays<'_> {
             "points" => PrimitiveKind::Points,
             _ => PrimitiveKind::Triangles,
         };
-        let mut data = MeshData {
-            positions: rows("vertices", &self.positions)?,
-            normals: optional_rows("normals", self.normals)?,
-            tangents: Vec::new(),
-            uvs: [optional_rows("uv", self.uv)?, Vec::new()],
-            colors: optional_rows("colors", self.colors)?,
-            triangles: rows("faces", &self.indices)?,
-            kind,
-        };
+        let mut data = MeshData::default();
+        data.positions = rows("vertices", &self.positions)?;
+        data.normals = optional_rows("normals", self.normals)?;
+        data.uvs[0] = optional_rows("uv", self.uv)?;
+        data.colors = optional_rows("colors", self.colors)?;
+        data.triangles = rows("faces", &self.indices)?;
+        data.kind = kind;
         let mesh = py.detach(|| {
             let _arithmetic = crate::arithmetic::DefaultArithmetic::new();
             // Checked before anything is made of it.
@@ -259,7 +257,10 @@ impl SceneBuilder {
             "point" => LightKind::Point { position, range },
             _ => LightKind::Spot { position, direction, range, inner_cone_cosine, outer_cone_cosine },
         };
-        let light = Light { color: data.color, intensity: data.intensity, ..Light::new(kind) };
+        let light = Light::new(kind).with(|l| {
+            l.color = data.color;
+            l.intensity = data.intensity;
+        });
         self.parts().scene.add_light(light).map_err(|e| errors::scene("light", &e))
     }
 
@@ -303,25 +304,24 @@ impl Parts {
         let color = |parts: &mut Self, texture| parts.texture(texture, ColorSpace::Srgb, AlphaUse::Data);
         let plain = |parts: &mut Self, texture| parts.texture(texture, ColorSpace::Linear, AlphaUse::Data);
         let normal = self.texture(data.normal_texture, ColorSpace::Linear, AlphaUse::Normals)?;
-        Ok(Material {
-            name: data.name.clone(),
-            base_color: data.base_color,
-            base_color_texture: self.texture(data.base_color_texture, ColorSpace::Srgb, alpha)?,
-            workflow: Workflow::MetallicRoughness {
-                metallic: data.metallic,
-                roughness: data.roughness,
-                texture: plain(self, data.metallic_roughness_texture)?,
-            },
-            ior: data.ior,
-            emissive: data.emissive,
-            emissive_texture: color(self, data.emissive_texture)?,
-            normal_texture: normal.map(|texture| NormalTexture { texture, scale: data.normal_scale }),
-            occlusion_texture: plain(self, data.occlusion_texture)?,
-            alpha_mode,
-            double_sided: data.double_sided,
-            unlit: data.unlit,
-            ..Material::default()
-        })
+        let mut material = Material::default();
+        material.name = data.name.clone();
+        material.base_color = data.base_color;
+        material.base_color_texture = self.texture(data.base_color_texture, ColorSpace::Srgb, alpha)?;
+        material.workflow = Workflow::MetallicRoughness {
+            metallic: data.metallic,
+            roughness: data.roughness,
+            texture: plain(self, data.metallic_roughness_texture)?,
+        };
+        material.ior = data.ior;
+        material.emissive = data.emissive;
+        material.emissive_texture = color(self, data.emissive_texture)?;
+        material.normal_texture = normal.map(|texture| NormalTexture { texture, scale: data.normal_scale });
+        material.occlusion_texture = plain(self, data.occlusion_texture)?;
+        material.alpha_mode = alpha_mode;
+        material.double_sided = data.double_sided;
+        material.unlit = data.unlit;
+        Ok(material)
     }
 
     fn texture(

@@ -11,7 +11,7 @@ use overcoat::load::{Format, LoadOptions};
 use overcoat::output::write_atomically;
 use overcoat::scene::Camera;
 use overcoat::{Limits, description};
-use overcoat_cli::limit_values::set_limit;
+use overcoat_worker::limit_values::set_limit;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;

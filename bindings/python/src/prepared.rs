@@ -217,7 +217,13 @@ impl Preparation {
                 let own = model.scene.environment();
                 let rotation_degrees = description.env_rotation_degrees.unwrap_or(own.rotation_degrees);
                 let intensity = description.env_intensity.unwrap_or(own.intensity);
-                (Environment { rotation_degrees, intensity, ..own.clone() }, Vec::new())
+                (
+                    own.clone().with(|e| {
+                        e.rotation_degrees = rotation_degrees;
+                        e.intensity = intensity;
+                    }),
+                    Vec::new(),
+                )
             }
             (None, None) => description.environment(limits, jobs).map_err(failed)?,
         };
@@ -243,9 +249,9 @@ impl Preparation {
 
 /// An environment as a description turns and dims it.
 fn described(description: &Description, source: EnvironmentSource) -> Environment {
-    Environment {
-        source,
-        rotation_degrees: description.env_rotation_degrees.unwrap_or(0.0),
-        intensity: description.env_intensity.unwrap_or(1.0),
-    }
+    Environment::default().with(|e| {
+        e.source = source;
+        e.rotation_degrees = description.env_rotation_degrees.unwrap_or(0.0);
+        e.intensity = description.env_intensity.unwrap_or(1.0);
+    })
 }

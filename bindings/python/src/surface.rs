@@ -4,7 +4,7 @@ use overcoat::Scene;
 use overcoat::frame::{DisplayOptions, Frame};
 use overcoat::render::{RenderOptions, RenderStats};
 use overcoat::scene::Camera;
-use overcoat_cli::losses::{left_out, limited, lowered_exposure};
+use overcoat_worker::losses::{left_out, limited, lowered_exposure};
 
 /// One sentence for each; `display` is as it was asked for, `exposure` that of the picture.
 pub(crate) fn losses(

@@ -18,7 +18,7 @@ use numpy::PyReadonlyArray2;
 use overcoat::Scene;
 use overcoat::jobs::Jobs;
 use overcoat::load::{AnimatedModel, Context, Loaded, NoResolver, Warning};
-use overcoat::scene::{Environment, EnvironmentSource, Light, Transform};
+use overcoat::scene::{EnvironmentSource, Light, Transform};
 use overcoat::world::{
     self, InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle, WorldError,
 };
@@ -405,7 +405,7 @@ impl World {
     fn set_light_color(&self, light: u64, color: [f32; 3]) -> PyResult<()> {
         self.change(|world| {
             let handle = LightHandle::from_bits(light);
-            let with = Light { color, ..*world.light(handle)? };
+            let with = (*world.light(handle)?).with(|l| l.color = color);
             world.set_light(handle, with)
         })
     }
@@ -413,7 +413,7 @@ impl World {
     fn set_light_intensity(&self, light: u64, intensity: f32) -> PyResult<()> {
         self.change(|world| {
             let handle = LightHandle::from_bits(light);
-            let with = Light { intensity, ..*world.light(handle)? };
+            let with = (*world.light(handle)?).with(|l| l.intensity = intensity);
             world.set_light(handle, with)
         })
     }
@@ -443,7 +443,7 @@ impl World {
         };
         self.change(|world| {
             let own = world.scene().environment().clone();
-            world.set_environment(Environment { source, ..own })
+            world.set_environment(own.with(|e| e.source = source))
         })?;
         Ok(messages(warnings))
     }
@@ -458,7 +458,10 @@ impl World {
     fn turn_environment(&self, rotation_degrees: f32, intensity: f32) -> PyResult<()> {
         self.change(|world| {
             let own = world.scene().environment().clone();
-            world.set_environment(Environment { rotation_degrees, intensity, ..own })
+            world.set_environment(own.with(|e| {
+                e.rotation_degrees = rotation_degrees;
+                e.intensity = intensity;
+            }))
         })
     }
 

@@ -11,12 +11,11 @@ use pyo3::prelude::*;
 
 /// Material of surfaces without one, such as arrays: clay, drawn from both sides.
 pub(crate) fn clay() -> Material {
-    Material {
-        base_color: [0.479, 0.434, 0.392, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.6, texture: None },
-        double_sided: true,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [0.479, 0.434, 0.392, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.6, texture: None };
+        m.double_sided = true;
+    })
 }
 
 /// Lays what a request says over every material of a scene.

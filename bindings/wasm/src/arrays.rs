@@ -68,14 +68,12 @@ impl MeshArrays {
         };
         checked(triangles.len(), limits.triangles, "triangles")?;
         checked(positions.len(), limits.vertices, "vertices")?;
-        let mut data = MeshData {
-            positions,
-            normals: rows("normals", &self.normals.unwrap_or_default())?,
-            uvs: [rows("uvs", &self.uvs.unwrap_or_default())?, Vec::new()],
-            colors: rows("colors", &self.colors.unwrap_or_default())?,
-            triangles,
-            ..MeshData::default()
-        };
+        let mut data = MeshData::default();
+        data.positions = positions;
+        data.normals = rows("normals", &self.normals.unwrap_or_default())?;
+        data.uvs[0] = rows("uvs", &self.uvs.unwrap_or_default())?;
+        data.colors = rows("colors", &self.colors.unwrap_or_default())?;
+        data.triangles = triangles;
         let wrong = |error| about_options(format!("mesh: {error}"));
         let is_smooth = crease_deg > 0.0 && data.normals.is_empty();
         // Checked before anything is made of it.

@@ -314,11 +314,11 @@ impl World {
         } else {
             own.source
         };
-        let environment = Environment {
-            source,
-            rotation_degrees: description.env_rotation_degrees.unwrap_or(own.rotation_degrees),
-            intensity: description.env_intensity.unwrap_or(own.intensity),
-        };
+        let environment = Environment::default().with(|e| {
+            e.source = source;
+            e.rotation_degrees = description.env_rotation_degrees.unwrap_or(own.rotation_degrees);
+            e.intensity = description.env_intensity.unwrap_or(own.intensity);
+        });
         self.world.set_environment(environment).map_err(of_world)?;
         if let Some(warnings) = warnings {
             self.warnings.insert(About::Environment, warnings);

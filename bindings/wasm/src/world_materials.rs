@@ -11,12 +11,11 @@ use wasm_bindgen::JsValue;
 
 /// Material of surfaces that name none, such as arrays.
 pub(crate) fn clay() -> Material {
-    Material {
-        base_color: [0.479, 0.434, 0.392, 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.6, texture: None },
-        double_sided: true,
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [0.479, 0.434, 0.392, 1.0];
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.6, texture: None };
+        m.double_sided = true;
+    })
 }
 
 /// The material of `source` (JSON: a name, the keys of a material file, or null), which may read textures of a scene.

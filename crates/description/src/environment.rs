@@ -96,10 +96,10 @@ impl Description {
 
     /// Light from afar as described, of whatever picture.
     fn turned(&self, source: EnvironmentSource) -> Environment {
-        Environment {
-            source,
-            rotation_degrees: self.env_rotation_degrees.unwrap_or(0.0),
-            intensity: self.env_intensity.unwrap_or(1.0),
-        }
+        Environment::default().with(|e| {
+            e.source = source;
+            e.rotation_degrees = self.env_rotation_degrees.unwrap_or(0.0);
+            e.intensity = self.env_intensity.unwrap_or(1.0);
+        })
     }
 }

@@ -32,11 +32,8 @@
 //! let description = Description::from_text("size = 32\nsamples = 4\n[camera]\nview = 'front'")?;
 //!
 //! let mut scene = Scene::new();
-//! let mesh = scene.add_mesh(Mesh::new(MeshData {
-//!     positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-//!     triangles: vec![[0, 1, 2]],
-//!     ..MeshData::default()
-//! })?)?;
+//! let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+//! let mesh = scene.add_mesh(Mesh::new(MeshData::new(positions, vec![[0, 1, 2]]))?)?;
 //! let material = scene.add_material(Material::default())?;
 //! scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
 //!

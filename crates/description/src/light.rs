@@ -423,12 +423,11 @@ impl LightDescription {
                 (LightKind::Tube { ends: [near(from), near(to)], radius }, color, intensity, None)
             }
         };
-        Ok(Light {
-            kind,
-            color: color.unwrap_or([1.0; 3]),
-            intensity,
-            minimum_roughness: minimum_roughness.unwrap_or(0.0),
-        })
+        Ok(Light::new(kind).with(|l| {
+            l.color = color.unwrap_or([1.0; 3]);
+            l.intensity = intensity;
+            l.minimum_roughness = minimum_roughness.unwrap_or(0.0);
+        }))
     }
 }
 

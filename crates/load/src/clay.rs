@@ -13,14 +13,13 @@ const ROUGHNESS: f32 = 0.6;
 
 /// The material of surfaces in files that have none at all.
 pub(super) fn clay() -> Material {
-    Material {
-        base_color: COLOR,
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: ROUGHNESS, texture: None },
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = COLOR;
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: ROUGHNESS, texture: None };
+    })
 }
 
 /// Clay in white, where vertices have colours, which multiply the base colour.
 pub(super) fn white_clay() -> Material {
-    Material { base_color: [1.0; 4], ..clay() }
+    clay().with(|m| m.base_color = [1.0; 4])
 }

@@ -15,19 +15,22 @@ use overcoat_scene::{
 /// Material of surfaces without one: clay, drawn from both sides, since the winding of such files cannot be trusted, with the edges of
 /// parts, which are of one tone.
 pub(super) fn default_material() -> Material {
-    Material { name: "default".to_owned(), double_sided: true, has_edges: true, ..clay() }
+    clay().with(|m| {
+        m.name = "default".to_owned();
+        m.double_sided = true;
+        m.has_edges = true;
+    })
 }
 
 /// Material of surfaces of which the file gives only a base colour (linear, with alpha): a satin dielectric, drawn from
 /// both sides as well.
 pub(super) fn material_of(base_color: [f32; 4]) -> Material {
-    let mut material = Material {
-        name: "default".to_owned(),
-        base_color,
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None },
-        double_sided: true,
-        ..Material::default()
-    };
+    let mut material = Material::default().with(|m| {
+        m.name = "default".to_owned();
+        m.base_color = base_color;
+        m.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None };
+        m.double_sided = true;
+    });
     // Coats of these formats return nothing to the base, as in the engines that write them.
     material.lobes.coat.darkening = 0.0;
     material
@@ -41,7 +44,7 @@ pub(super) fn phong_roughness(exponent: f32) -> f32 {
 
 /// The same for meshes with colours of their own, which multiply the base colour.
 pub(super) fn white_material() -> Material {
-    Material { name: "vertex colours".to_owned(), ..material_of([1.0; 4]) }
+    material_of([1.0; 4]).with(|m| m.name = "vertex colours".to_owned())
 }
 
 /// True if a position can be part of a scene.

@@ -369,25 +369,23 @@ fn build(
     positions.iter_mut().filter(|position| !drawable(**position)).for_each(|position| *position = other);
     let Model { normals, uvs, colors: own, .. } = model;
     if colors.iter().all(Option::is_none) {
-        return Ok(MeshData {
-            positions,
-            normals,
-            uvs: [uvs, Vec::new()],
-            colors: own,
-            triangles,
-            ..MeshData::default()
-        });
+        return Ok(MeshData::default().with(|d| {
+            d.positions = positions;
+            d.normals = normals;
+            d.uvs = [uvs, Vec::new()];
+            d.colors = own;
+            d.triangles = triangles;
+        }));
     }
     check_mesh(context, triangles.len() as u64, (triangles.len() as u64).saturating_mul(3))?;
     let without = default_material().base_color;
-    Ok(MeshData {
-        positions: of_corners(&positions, &triangles),
-        normals: of_corners(&normals, &triangles),
-        uvs: [of_corners(&uvs, &triangles), Vec::new()],
-        colors: colors.iter().flat_map(|color| [color.unwrap_or(without); 3]).collect(),
-        triangles: separate_triangles(triangles.len()),
-        ..MeshData::default()
-    })
+    Ok(MeshData::default().with(|d| {
+        d.positions = of_corners(&positions, &triangles);
+        d.normals = of_corners(&normals, &triangles);
+        d.uvs = [of_corners(&uvs, &triangles), Vec::new()];
+        d.colors = colors.iter().flat_map(|color| [color.unwrap_or(without); 3]).collect();
+        d.triangles = separate_triangles(triangles.len());
+    }))
 }
 
 #[cfg(test)]

@@ -73,14 +73,13 @@ pub(crate) fn cloud(format: &str, points: Points, warnings: &mut Warnings) -> Me
     if colors.is_empty() {
         colors = greys(&values, measure);
     }
-    MeshData {
-        positions,
-        normals,
-        uvs: [uvs, Vec::new()],
-        colors,
-        kind: PrimitiveKind::Points,
-        ..MeshData::default()
-    }
+    MeshData::default().with(|d| {
+        d.positions = positions;
+        d.normals = normals;
+        d.uvs = [uvs, Vec::new()];
+        d.colors = colors;
+        d.kind = PrimitiveKind::Points;
+    })
 }
 
 /// Adds a cloud of opaque points as an object; nothing if there are none.

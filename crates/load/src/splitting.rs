@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn copies_are_made_once_for_each_value() {
-        let mut mesh = MeshData { positions: vec![[1.0; 3], [2.0; 3]], ..MeshData::default() };
+        let mut mesh = MeshData::default().with(|d| d.positions = vec![[1.0; 3], [2.0; 3]]);
         let mut copies = Copies::new(2, 0, 8);
         assert_eq!(copies.vertex(&mut mesh, 1, 5), Some((1, false)));
         assert_eq!(copies.vertex(&mut mesh, 1, 6), Some((2, true)));

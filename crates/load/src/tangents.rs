@@ -248,13 +248,12 @@ mod tests {
 
     /// A quad in the xy plane, +Z towards the viewer, textured upright: v runs down.
     fn quad() -> MeshData {
-        MeshData {
-            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
-            normals: vec![[0.0, 0.0, 1.0]; 4],
-            uvs: [vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]], Vec::new()],
-            triangles: vec![[0, 1, 2], [0, 2, 3]],
-            ..MeshData::default()
-        }
+        MeshData::default().with(|d| {
+            d.positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+            d.normals = vec![[0.0, 0.0, 1.0]; 4];
+            d.uvs = [vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]], Vec::new()];
+            d.triangles = vec![[0, 1, 2], [0, 2, 3]];
+        })
     }
 
     /// A bumpy grid whose right half is mirrored in the texture.

@@ -476,7 +476,7 @@ impl Builder<'_> {
                 .add(|| format!("{FORMAT}: material {name} is wholly transparent as written: drawn opaque"));
             opacity = 1.0;
         }
-        let mut material = Material { name: name_of(name), ..material_of([r, g, b, opacity]) };
+        let mut material = material_of([r, g, b, opacity]).with(|m| m.name = name_of(name));
         if opacity < 1.0 {
             material.alpha_mode = AlphaMode::Blend;
         }

@@ -11,7 +11,7 @@ fn white() -> Scene {
     let mut scene = Scene::new();
     let image = EquirectImage::new(64, 32, vec![[1.0; 3]; 64 * 32]).unwrap();
     let source = EnvironmentSource::Image(Arc::new(image));
-    scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
+    scene.set_environment(Environment::default().with(|e| e.source = source)).unwrap();
     scene
 }
 
@@ -23,7 +23,7 @@ fn add(scene: &mut Scene, mesh: overcoat_scene::Mesh, material: Material, at: [f
 }
 
 fn two_sided() -> Material {
-    Material { double_sided: true, ..Material::default() }
+    Material::default().with(|m| m.double_sided = true)
 }
 
 /// A sphere of radius 1 about zero, on its floor at -1.
@@ -198,11 +198,18 @@ fn one_shadow_lies_over_every_background() {
 }
 
 fn glass(thickness: f32) -> Material {
-    let transmission =
-        Transmission { factor: 1.0.into(), thickness: thickness.into(), ..Transmission::default() };
+    let transmission = Transmission::default().with(|t| {
+        t.factor = 1.0.into();
+        t.thickness = thickness.into();
+    });
     let workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.0, texture: None };
-    let lobes = Lobes { transmission, ..Lobes::default() };
-    Material { ior: 1.0, double_sided: true, workflow, lobes, ..Material::default() }
+    let lobes = Lobes::default().with(|l| l.transmission = transmission);
+    Material::default().with(|m| {
+        m.ior = 1.0;
+        m.double_sided = true;
+        m.workflow = workflow;
+        m.lobes = lobes;
+    })
 }
 
 /// Through clear glass the floor looks as without it: it is there once, whether the glass refracts or not.
@@ -307,7 +314,7 @@ fn its_work_is_limited() {
 #[test]
 fn there_is_no_shadow_where_none_can_be() {
     let mut dark = ball();
-    dark.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() }).unwrap();
+    dark.set_environment(Environment::default().with(|e| e.source = EnvironmentSource::None)).unwrap();
     let mut clear = white();
     add(&mut clear, primitives::sphere(1.0, 24).unwrap(), glass(0.0), [0.0; 3]);
     for scene in [&dark, &clear, &white()] {

@@ -10,9 +10,12 @@ const BOX: [f32; 3] = [0.8, 0.2, 0.1];
 /// Boxes of one unlit colour, whose floor is at -1.
 fn boxes(places: &[[f64; 3]], scale: [f32; 3]) -> Scene {
     let mut scene = Scene::new();
-    scene.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() }).unwrap();
+    scene.set_environment(Environment::default().with(|e| e.source = EnvironmentSource::None)).unwrap();
     let [r, g, b] = BOX;
-    let material = Material { unlit: true, base_color: [r, g, b, 1.0], ..Material::default() };
+    let material = Material::default().with(|m| {
+        m.unlit = true;
+        m.base_color = [r, g, b, 1.0];
+    });
     let material = scene.add_material(material).unwrap();
     let mesh = scene.add_mesh(primitives::cuboid([0.4, 0.5, 0.6]).unwrap()).unwrap();
     for &at in places {
@@ -138,8 +141,11 @@ fn its_bits_depend_on_no_machine() {
     for (k, alpha_mode) in [AlphaMode::Opaque, AlphaMode::Blend].into_iter().enumerate() {
         let workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.2, texture: None };
         let base_color = [0.9, 0.8, 0.5, 0.5];
-        let material =
-            scene.add_material(Material { workflow, alpha_mode, base_color, ..Material::default() });
+        let material = scene.add_material(Material::default().with(|m| {
+            m.workflow = workflow;
+            m.alpha_mode = alpha_mode;
+            m.base_color = base_color;
+        }));
         let at = Transform::from_parts([-0.8, -0.4, 0.7 * k as f64], [0.0, 0.0, 0.0, 1.0], [1.0; 3]).unwrap();
         let instance = Instance::new(ball, material.unwrap(), at);
         scene.add_instance(instance).unwrap();

@@ -1,6 +1,7 @@
 //! Environment of a scene: its light from afar.
 
 use super::SceneError;
+use super::changeable::changeable;
 use super::error::within;
 use std::sync::Arc;
 
@@ -68,6 +69,7 @@ pub enum EnvironmentSource {
 
 /// The environment of a scene.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Environment {
     /// Its picture.
     pub source: EnvironmentSource,
@@ -90,3 +92,5 @@ impl Environment {
         within("environment intensity", &[self.intensity], 0.0, 1e6)
     }
 }
+
+changeable!(Environment);

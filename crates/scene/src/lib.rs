@@ -6,6 +6,7 @@
 
 mod bounds;
 mod camera;
+mod changeable;
 mod edges;
 mod edit;
 mod environment;

@@ -1,5 +1,6 @@
 //! Lights: punctual ones in the units of KHR_lights_punctual, rectangles and tubes by their luminance.
 
+use super::changeable::changeable;
 use super::error::{unit, within};
 use super::{SceneError, Transform};
 
@@ -100,6 +101,7 @@ impl AreaLightMethod {
 
 /// A light.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Light {
     /// Kind and placement.
     pub kind: LightKind,
@@ -218,6 +220,8 @@ impl Light {
         }
     }
 }
+
+changeable!(Light);
 
 #[cfg(test)]
 mod tests {

@@ -2,6 +2,7 @@
 //!
 //! Every group's default is "none of it", and costs nothing.
 
+use super::changeable::changeable;
 use super::material::{NormalTexture, TextureRef};
 use super::paint::{CoatSurface, Flakes};
 use super::transmission::Transmission;
@@ -11,6 +12,7 @@ macro_rules! group {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty = $default:expr,)* }) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[non_exhaustive]
         pub struct $name {
             $($(#[$field_doc])* pub $field: $type,)*
         }
@@ -20,9 +22,13 @@ macro_rules! group {
                 Self { $($field: $default,)* }
             }
         }
+
+        $crate::changeable::changeable!($name);
     };
 }
 pub(super) use group;
+
+changeable!(Anisotropy, Lobes, Sheen);
 
 /// A number, and a channel of a texture that multiplies it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,6 +64,7 @@ impl From<[f32; 3]> for ColorParameter {
 
 /// Fibres at grazing angles: KHR_materials_sheen. Velvet and cloth models take their fibres from here as well.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Sheen {
     /// Reflectance, 0 to 1; black is no sheen.
     pub color: ColorParameter,
@@ -67,6 +74,7 @@ pub struct Sheen {
 
 /// Highlights that are longer one way: KHR_materials_anisotropy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Anisotropy {
     /// -1 to 1: 0 round; above, rougher along the tangent. glTF's are 0 to 1.
     pub strength: f32,
@@ -165,6 +173,7 @@ group! {
 
 /// All groups of one material.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Lobes {
     /// Fibres.
     pub sheen: Sheen,

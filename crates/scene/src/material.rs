@@ -1,5 +1,6 @@
 //! Materials in the terms of glTF, for every shading model to read in its own way.
 
+use super::changeable::changeable;
 use super::error::within;
 use super::lobes::Lobes;
 use super::model::ShadingModel;
@@ -91,6 +92,7 @@ pub struct NormalTexture {
 
 /// A surface material. All colours are linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Material {
     /// Name in the file, for messages.
     pub name: String,
@@ -279,3 +281,5 @@ impl Material {
         check(self, textures)
     }
 }
+
+changeable!(Material);

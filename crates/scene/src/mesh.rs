@@ -1,5 +1,6 @@
 //! Meshes of triangles, lines or points.
 
+use super::changeable::changeable;
 use super::edges::{FeatureEdges, may_be_part};
 use super::error::{finite, within};
 use super::framing::{extent, seen};
@@ -22,6 +23,7 @@ pub enum PrimitiveKind {
 
 /// The attributes of a mesh before they are checked. Every list but `positions` and `triangles` may be empty.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct MeshData {
     /// Object-space positions, magnitude up to [`MAX_COORDINATE`].
     pub positions: Vec<[f32; 3]>,
@@ -244,3 +246,13 @@ impl Mesh {
         Some(used)
     }
 }
+
+impl MeshData {
+    /// Triangles of these vertices, without other attributes.
+    #[must_use]
+    pub fn new(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Self {
+        Self { positions, triangles, ..Self::default() }
+    }
+}
+
+changeable!(MeshData);

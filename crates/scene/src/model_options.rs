@@ -1,7 +1,10 @@
 //! Switches of the models, which engines set when a shader is compiled, and not by textures.
 
+use super::changeable::changeable;
+
 /// The switches of each model that has some. Those of other models than the one that shades mean nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ModelOptions {
     /// HDRP's StackLit.
     pub stacklit: StackLitOptions,
@@ -21,6 +24,7 @@ pub struct ModelOptions {
 
 /// Switches of StackLit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct StackLitOptions {
     /// The layers are added up for every light, from its half vector (`VLAYERED_RECOMPUTE_PERLIGHT`).
     pub recompute_per_light: bool,
@@ -44,6 +48,7 @@ pub struct StackLitOptions {
 
 /// Switches of Filament's standard model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct FilamentOptions {
     /// F0 of the base becomes that of its interface with the coat, as in materials that are made in the engine; those that
     /// its loader makes of glTF files leave it (`clearCoatIorChange`).
@@ -59,6 +64,7 @@ pub struct Filament2018Options {
 
 /// Switches of three.js' older composition.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ThreeOptions {
     /// r119 instead of r131.
     pub r119: bool,
@@ -66,6 +72,7 @@ pub struct ThreeOptions {
 
 /// Switches of glTF's sample renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct GltfOptions {
     /// The coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction, as the
     /// Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
@@ -76,6 +83,7 @@ pub struct GltfOptions {
 
 /// Switches of OpenPBR.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct OpenPbrOptions {
     /// Light that is lost between microfacets stays lost.
     pub single_scattering: bool,
@@ -83,6 +91,7 @@ pub struct OpenPbrOptions {
 
 /// Switches of Babylon.js.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct BabylonOptions {
     /// F0 of the base becomes that of its interface with the coat, as in materials that are made in the engine; from glTF
     /// files it stays.
@@ -160,3 +169,13 @@ pub enum OcclusionCone {
 }
 
 named!(OcclusionCone { Uniform "uniform", Cosine "cosine", CosineWithBentCorrection "cosine-with-bent-correction" });
+
+changeable!(
+    BabylonOptions,
+    FilamentOptions,
+    GltfOptions,
+    ModelOptions,
+    OpenPbrOptions,
+    StackLitOptions,
+    ThreeOptions
+);

@@ -10,11 +10,10 @@ use std::sync::Arc;
 
 fn triangle() -> Scene {
     let mut scene = Scene::new();
-    let data = MeshData {
-        positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-        triangles: vec![[0, 1, 2]],
-        ..MeshData::default()
-    };
+    let data = MeshData::default().with(|d| {
+        d.positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        d.triangles = vec![[0, 1, 2]];
+    });
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
@@ -56,7 +55,7 @@ fn what_is_left_out_is_refused_by_name() {
     let mut surrounded = triangle();
     let picture = EquirectImage::new(2, 1, vec![[1.0; 3]; 2]).unwrap();
     let source = EnvironmentSource::Image(Arc::new(picture));
-    surrounded.set_environment(Environment { source, ..Environment::default() }).unwrap();
+    surrounded.set_environment(Environment::default().with(|e| e.source = source)).unwrap();
     assert_eq!(missing(&surrounded, &draft()), Some("light"));
 
     let mut cloud = SplatCloudBuilder::new(0, SplatColorSpace::Srgb, SplatOrder::Depth).unwrap();

@@ -99,7 +99,7 @@ impl Show {
             Surroundings::None => EnvironmentSource::None,
             Surroundings::Studio | Surroundings::Seen => EnvironmentSource::Studio,
         };
-        self.world.set_environment(Environment { source, ..Environment::default() })?;
+        self.world.set_environment(Environment::default().with(|e| e.source = source))?;
         let seen = surroundings == Surroundings::Seen;
         let background = if seen { Background::Environment } else { Background::Transparent };
         self.change(|options| options.with_background(background));

@@ -5,7 +5,7 @@ use crate::common::files::load;
 use crate::common::shapes::{noise, sphere};
 use crate::common::stage::{Built, Stage, at, flat_view, look, plastic, unlit};
 use overcoat::load::{Format, LoadOptions, MemoryResolver};
-use overcoat::scene::{AlphaMode, Material, MeshData, PrimitiveKind, Transform};
+use overcoat::scene::{AlphaMode, MeshData, PrimitiveKind, Transform};
 use overcoat_core::math::double;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -35,7 +35,10 @@ fn on_square(side: u32) -> Vec<[f32; 3]> {
 }
 
 fn points(positions: Vec<[f32; 3]>) -> MeshData {
-    MeshData { positions, kind: PrimitiveKind::Points, ..MeshData::default() }
+    MeshData::default().with(|d| {
+        d.positions = positions;
+        d.kind = PrimitiveKind::Points;
+    })
 }
 
 /// Colours from places.
@@ -53,7 +56,7 @@ fn point_clouds() -> Built {
     let grey = s.material(plastic(0.55, 0.55, 0.55, 0.5))?;
     let white = s.material(plastic(1.0, 1.0, 1.0, 0.6))?;
     let ball = |count| points(on_ball(count));
-    let with_normals = s.mesh(MeshData { normals: on_ball(4000), ..ball(4000) })?;
+    let with_normals = s.mesh(ball(4000).with(|d| d.normals = on_ball(4000)))?;
     s.place(with_normals, grey, at([-1.3, 0.7, 0.0], 0.55)?)?;
     let without = s.mesh(colored(ball(4000), 1.0))?;
     s.place(without, white, at([0.0, 0.7, 0.0], 0.55)?)?;
@@ -62,11 +65,11 @@ fn point_clouds() -> Built {
     let leaning = s.mesh(points(on_square(30)))?;
     let turn = Transform::from_parts([-1.3, -0.7, 0.0], [0.643, 0.0, 0.0, 0.766], [0.55; 3])?;
     s.place(leaning, grey, turn)?;
-    let veil = s.material(Material { alpha_mode: AlphaMode::Blend, ..plastic(1.0, 1.0, 1.0, 0.6) })?;
+    let veil = s.material(plastic(1.0, 1.0, 1.0, 0.6).with(|m| m.alpha_mode = AlphaMode::Blend))?;
     let faint = s.mesh(colored(ball(600), 0.3))?;
     s.place(faint, veil, at([0.0, -0.7, 0.6], 0.5)?)?;
     let holes =
-        s.material(Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..plastic(0.9, 0.5, 0.1, 0.6) })?;
+        s.material(plastic(0.9, 0.5, 0.1, 0.6).with(|m| m.alpha_mode = AlphaMode::Mask { cutoff: 0.5 }))?;
     let mut half = ball(2000);
     half.colors = half.positions.iter().map(|p| [1.0, 1.0, 1.0, 0.5 - 0.4 * p[0]]).collect();
     let half = s.mesh(half)?;
@@ -152,7 +155,7 @@ fn lines_with_normals() -> Built {
     let skin = s.material(plastic(0.2, 0.15, 0.1, 0.7))?;
     let ball = s.mesh(sphere(24))?;
     let fur = |normals: bool| {
-        let mut data = MeshData { kind: PrimitiveKind::Lines, ..MeshData::default() };
+        let mut data = MeshData::default().with(|d| d.kind = PrimitiveKind::Lines);
         for (k, p) in (0..).zip(on_ball(1500)) {
             data.positions.extend([p, [1.2 * p[0], 1.2 * p[1] - 0.1, 1.2 * p[2]]]);
             if normals {

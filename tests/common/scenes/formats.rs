@@ -235,7 +235,7 @@ const FACES: &str = "property list uchar int vertex_indices\n";
 /// colours of faces; little-endian with a texture of vertices; in text with a texture of face corners; big-endian as strips.
 fn ply() -> Built {
     let mesh = gutter(8);
-    let mesh = MeshData { triangles: Vec::new(), ..mesh };
+    let mesh = mesh.with(|d| d.triangles = Vec::new());
     let vertices = mesh.positions.len();
     // Rows of nine vertices, from the top.
     let quads: Vec<[u32; 4]> = (0..8).map(|k| [k, k + 9, k + 10, k + 1]).collect();

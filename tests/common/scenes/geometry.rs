@@ -36,7 +36,7 @@ fn primitives() -> Built {
     let red = s.material(plastic(0.7, 0.1, 0.08, 0.3))?;
     let gold = s.material(metal(1.0, 0.72, 0.3, 0.25))?;
     let blue = s.material(plastic(0.08, 0.2, 0.6, 0.6))?;
-    let grey = s.material(Material { double_sided: true, ..plastic(0.5, 0.5, 0.5, 0.5) })?;
+    let grey = s.material(plastic(0.5, 0.5, 0.5, 0.5).with(|m| m.double_sided = true))?;
     let (ball, ring, block, sheet) =
         (s.mesh(sphere(48))?, s.mesh(torus(0.35, 48))?, s.mesh(cube())?, s.mesh(gutter(24))?);
     s.place(ball, red, at([-1.1, 1.0, 0.0], 0.9)?)?;
@@ -49,7 +49,7 @@ fn primitives() -> Built {
 /// Slivers around a common vertex on the left; on the right a grid whose edges run exactly through pixel centres
 /// and samples. Every triangle has its own colour; together they cover the view once.
 fn torture_mesh() -> (MeshData, MeshData) {
-    let mut fan = MeshData { positions: vec![[-0.5, 0.013, 0.0]], ..MeshData::default() };
+    let mut fan = MeshData::default().with(|d| d.positions = vec![[-0.5, 0.013, 0.0]]);
     const SLIVERS: u32 = 97;
     // Far enough out to cover the left half of the view; the right half lies in front of the rest.
     for k in 0..SLIVERS {
@@ -102,8 +102,10 @@ fn fill_rule() -> Built {
 /// none does, too dark.
 fn fill_rule_blend() -> Built {
     let mut s = Stage::dark()?;
-    let white =
-        Material { base_color: [1.0, 1.0, 1.0, 0.5], alpha_mode: AlphaMode::Blend, ..unlit(1.0, 1.0, 1.0) };
+    let white = unlit(1.0, 1.0, 1.0).with(|m| {
+        m.base_color = [1.0, 1.0, 1.0, 0.5];
+        m.alpha_mode = AlphaMode::Blend;
+    });
     let material = s.material(white)?;
     let (fan, mut grid) = torture_mesh();
     grid.colors.clear();
@@ -119,7 +121,7 @@ fn fill_rule_blend() -> Built {
 /// show as a pixel that is not opaque.
 fn shared_edges() -> Built {
     let mut s = Stage::dark()?;
-    let material = s.material(Material { double_sided: true, ..unlit(1.0, 1.0, 1.0) })?;
+    let material = s.material(unlit(1.0, 1.0, 1.0).with(|m| m.double_sided = true))?;
     let mesh = s.mesh(colored(&sphere(40)))?;
     let transform = Transform::from_parts([0.0; 3], [0.2, 0.3, 0.1, 0.9], [1.0, 1.3, 0.9])?;
     s.place(mesh, material, transform)?;
@@ -145,7 +147,7 @@ fn tiny_triangles() -> Built {
 /// Floor, walls and bars that pass through the near plane and behind the camera.
 fn near_plane() -> Built {
     let mut s = Stage::new()?;
-    let grey = s.material(Material { double_sided: true, ..plastic(0.45, 0.45, 0.42, 0.7) })?;
+    let grey = s.material(plastic(0.45, 0.45, 0.42, 0.7).with(|m| m.double_sided = true))?;
     let orange = s.material(plastic(0.8, 0.35, 0.05, 0.4))?;
     let (panel, block) = (s.mesh(square(3))?, s.mesh(cube())?);
     s.place(panel, grey, turned([0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [-0.707, 0.707], 40.0)?)?;
@@ -165,7 +167,7 @@ fn near_plane() -> Built {
 fn inside_out() -> Built {
     let mut s = Stage::new()?;
     let inner = s.material(plastic(0.6, 0.3, 0.5, 0.5))?;
-    let outer = s.material(Material { double_sided: true, ..unlit(0.1, 0.25, 0.3) })?;
+    let outer = s.material(unlit(0.1, 0.25, 0.3).with(|m| m.double_sided = true))?;
     let (ring, ball) = (s.mesh(torus(0.4, 40))?, s.mesh(sphere(16))?);
     s.place(ring, inner, turned([0.0, 0.1, 0.0], [1.0, 0.0, 0.0], [0.1, 0.995], 1.0)?)?;
     s.place(ball, outer, at([0.0; 3], 50.0)?)?;
@@ -246,7 +248,7 @@ fn mirrored_instances() -> Built {
 fn double_sided() -> Built {
     let mut s = Stage::dark()?;
     s.key_light(3.0)?;
-    let two = s.material(Material { double_sided: true, ..plastic(0.6, 0.5, 0.2, 0.5) })?;
+    let two = s.material(plastic(0.6, 0.5, 0.2, 0.5).with(|m| m.double_sided = true))?;
     let one = s.material(plastic(0.2, 0.5, 0.6, 0.5))?;
     let sheet = s.mesh(gutter(32))?;
     for (y, material) in [(0.75, two), (-0.75, one)] {
@@ -262,7 +264,10 @@ fn flat_normals() -> Built {
     let mut s = Stage::new()?;
     let material = s.material(plastic(0.5, 0.5, 0.55, 0.25))?;
     let smooth = sphere(14);
-    let flat = MeshData { normals: Vec::new(), tangents: Vec::new(), ..smooth.clone() };
+    let flat = smooth.clone().with(|d| {
+        d.normals = Vec::new();
+        d.tangents = Vec::new();
+    });
     let (smooth, flat) = (s.mesh(smooth)?, s.mesh(flat)?);
     s.place(smooth, material, at([-1.1, 0.0, 0.0], 1.0)?)?;
     s.place(flat, material, at([1.1, 0.0, 0.0], 1.0)?)?;
@@ -333,7 +338,7 @@ fn points_and_lines() -> Built {
     let ball = s.mesh(sphere(24))?;
     let grey = s.material(plastic(0.3, 0.3, 0.3, 0.6))?;
     s.place(ball, grey, at([0.0; 3], 0.8)?)?;
-    let mut spiral = MeshData { kind: PrimitiveKind::Lines, ..MeshData::default() };
+    let mut spiral = MeshData::default().with(|d| d.kind = PrimitiveKind::Lines);
     const TURNS: u32 = 200;
     for k in 0..=TURNS {
         let t = f64::from(k) / f64::from(TURNS);
@@ -344,7 +349,7 @@ fn points_and_lines() -> Built {
     spiral.triangles = (0..TURNS).map(|k| [k, k + 1, k + 1]).collect();
     let spiral = s.mesh(spiral)?;
     s.place(spiral, white, Transform::IDENTITY)?;
-    let mut cloud = MeshData { kind: PrimitiveKind::Points, ..MeshData::default() };
+    let mut cloud = MeshData::default().with(|d| d.kind = PrimitiveKind::Points);
     for k in 0..120 {
         let place = [noise(3 * k), noise(3 * k + 1), noise(3 * k + 2)];
         cloud.positions.push(place.map(|v| 3.2 * v - 1.6));
@@ -353,12 +358,11 @@ fn points_and_lines() -> Built {
     cloud.triangles = (0..120).map(|k| [k; 3]).collect();
     let cloud = s.mesh(cloud)?;
     s.place(cloud, white, Transform::IDENTITY)?;
-    let through = MeshData {
-        positions: vec![[-2.0, -1.3, -1.0], [1.2, 0.6, 9.0]],
-        triangles: vec![[0, 1, 1]],
-        kind: PrimitiveKind::Lines,
-        ..MeshData::default()
-    };
+    let through = MeshData::default().with(|d| {
+        d.positions = vec![[-2.0, -1.3, -1.0], [1.2, 0.6, 9.0]];
+        d.triangles = vec![[0, 1, 1]];
+        d.kind = PrimitiveKind::Lines;
+    });
     let through = s.mesh(through)?;
     s.place(through, white, Transform::IDENTITY)?;
     s.seen(look([0.0, 1.0, 5.5], [0.0; 3], 34.0))

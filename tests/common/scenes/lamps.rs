@@ -32,7 +32,7 @@ fn grazing() -> Built {
     let material = s.material(plastic(0.8, 0.3, 0.2, 0.5))?;
     s.place(ball, material, at([-0.6, 0.5, 0.3], 0.5)?)?;
     let sheet = s.scene.add_mesh(primitives::plane([0.8, 0.8])?)?;
-    let material = s.material(Material { double_sided: true, ..plastic(0.3, 0.6, 0.3, 0.7) })?;
+    let material = s.material(plastic(0.3, 0.6, 0.3, 0.7).with(|m| m.double_sided = true))?;
     let half = std::f64::consts::FRAC_1_SQRT_2;
     s.place(sheet, material, Transform::from_parts([0.9, 0.4, -0.6], [0.0, 0.0, half, half], [1.0; 3])?)?;
     cuboid(&mut s, plastic(0.3, 0.4, 0.8, 0.7), [0.002, 0.8, 0.8], [1.2, 0.4, 0.7])?;
@@ -66,12 +66,11 @@ fn fence() -> Built {
     let texels = (0..16_u32).map(|k| [200, 150, 90, if k % 2 == 0 { 255 } else { 0 }]).collect();
     let image = Image::new(16, 1, texels)?;
     let texture = s.texture(image, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default())?;
-    let material = Material {
-        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-        base_color_texture: Some(texture),
-        double_sided: true,
-        ..plastic(1.0, 1.0, 1.0, 0.7)
-    };
+    let material = plastic(1.0, 1.0, 1.0, 0.7).with(|m| {
+        m.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+        m.base_color_texture = Some(texture);
+        m.double_sided = true;
+    });
     let mesh = s.scene.add_mesh(primitives::plane([3.0, 1.0])?)?;
     let material = s.material(material)?;
     let half = std::f64::consts::FRAC_1_SQRT_2;
@@ -86,11 +85,19 @@ fn kinds() -> Built {
     floor(&mut s)?;
     let ball = s.mesh(sphere(48))?;
     for (k, made) in [plastic(0.8, 0.8, 0.8, 0.6), metal(0.9, 0.8, 0.6, 0.3)].into_iter().enumerate() {
-        let made = s.material(Material { coat: k as f32, coat_roughness: 0.1, ..made })?;
+        let made = s.material(made.with(|m| {
+            m.coat = k as f32;
+            m.coat_roughness = 0.1;
+        }))?;
         s.place(ball, made, at([k as f64 * 1.4 - 0.9, 0.45, 0.2], 0.45)?)?;
     }
     cuboid(&mut s, plastic(0.7, 0.7, 0.7, 0.8), [0.3, 1.2, 0.3], [0.0, 0.6, -0.9])?;
-    let mut lamp = |kind, color, intensity| s.scene.add_light(Light { color, intensity, ..Light::new(kind) });
+    let mut lamp = |kind, color, intensity| {
+        s.scene.add_light(Light::new(kind).with(|l| {
+            l.color = color;
+            l.intensity = intensity;
+        }))
+    };
     lamp(LightKind::Directional { direction: [-0.6, -1.0, -0.5] }, [0.4, 0.4, 0.4], 1.0)?;
     lamp(
         LightKind::Spot {

@@ -21,7 +21,10 @@ pub const SCENES: &[Entry] = &[
 fn set(s: &mut Stage) -> Result<(), overcoat::scene::SceneError> {
     let (floor, ball, block) = (s.mesh(ground(1))?, s.mesh(sphere(48))?, s.mesh(cube())?);
     let grey = s.material(plastic(0.5, 0.5, 0.5, 0.8))?;
-    let coated = s.material(Material { coat: 1.0, coat_roughness: 0.1, ..plastic(0.6, 0.1, 0.1, 0.5) })?;
+    let coated = s.material(plastic(0.6, 0.1, 0.1, 0.5).with(|m| {
+        m.coat = 1.0;
+        m.coat_roughness = 0.1;
+    }))?;
     let shiny = s.material(metal(0.8, 0.8, 0.85, 0.35))?;
     s.place(floor, grey, at([0.0; 3], 3.0)?)?;
     s.place(ball, coated, at([-0.8, 0.8, 0.0], 0.8)?)?;
@@ -41,7 +44,10 @@ fn directional_lights() -> Built {
         ([-0.8, -0.6, 0.0], [0.1, 0.2, 1.0], 2.0),
         ([0.0, -0.6, 0.8], [1.0, 1.0, 1.0], 1.0),
     ] {
-        s.scene.add_light(Light { color, intensity, ..Light::new(LightKind::Directional { direction }) })?;
+        s.scene.add_light(Light::new(LightKind::Directional { direction }).with(|l| {
+            l.color = color;
+            l.intensity = intensity;
+        }))?;
     }
     s.seen(camera())
 }
@@ -53,11 +59,10 @@ fn point_lights() -> Built {
     for (position, range, color) in
         [([-1.6, 1.8, 1.4], None, [1.0, 0.8, 0.5]), ([1.6, 0.5, 1.3], Some(2.0), [0.4, 0.7, 1.0])]
     {
-        s.scene.add_light(Light {
-            color,
-            intensity: 4.0,
-            ..Light::new(LightKind::Point { position, range })
-        })?;
+        s.scene.add_light(Light::new(LightKind::Point { position, range }).with(|l| {
+            l.color = color;
+            l.intensity = 4.0;
+        }))?;
     }
     s.seen(camera())
 }
@@ -73,7 +78,10 @@ fn spot_lights() -> Built {
     ] {
         let [inner_cone_cosine, outer_cone_cosine] = cosines;
         let kind = LightKind::Spot { position, direction, range: None, inner_cone_cosine, outer_cone_cosine };
-        s.scene.add_light(Light { color, intensity: 20.0, ..Light::new(kind) })?;
+        s.scene.add_light(Light::new(kind).with(|l| {
+            l.color = color;
+            l.intensity = 20.0;
+        }))?;
     }
     s.seen(camera())
 }
@@ -107,11 +115,13 @@ fn environment_irradiance() -> Built {
 fn lambert() -> Built {
     let mut s = Stage::dark()?;
     let kind = LightKind::Directional { direction: [0.0, 0.0, -1.0] };
-    s.scene.add_light(Light { intensity: std::f32::consts::PI, ..Light::new(kind) })?;
+    s.scene.add_light(Light::new(kind).with(|l| l.intensity = std::f32::consts::PI))?;
     let pane = s.mesh(square(1))?;
     for (k, albedo) in [0.2, 0.5, 1.0].into_iter().enumerate() {
-        let material =
-            s.material(Material { ior: 1.0, specular: 0.0, ..plastic(albedo, albedo, albedo, 1.0) })?;
+        let material = s.material(plastic(albedo, albedo, albedo, 1.0).with(|m| {
+            m.ior = 1.0;
+            m.specular = 0.0;
+        }))?;
         s.place(pane, material, at([k as f64 * 0.66 - 0.66, 0.0, 0.0], 0.3)?)?;
     }
     s.seen(flat_view())
@@ -125,13 +135,12 @@ fn radiance_ramp() -> Built {
     for (row, color) in colors.into_iter().enumerate() {
         let mut light = 1.0 / 64.0;
         for column in 0..11 {
-            let material = s.material(Material {
-                emissive: color.map(|c: f32| c * light),
-                base_color: [0.0, 0.0, 0.0, 1.0],
-                ior: 1.0,
-                specular: 0.0,
-                ..Material::default()
-            })?;
+            let material = s.material(Material::default().with(|m| {
+                m.emissive = color.map(|c: f32| c * light);
+                m.base_color = [0.0, 0.0, 0.0, 1.0];
+                m.ior = 1.0;
+                m.specular = 0.0;
+            }))?;
             light *= 2.0;
             let place = [f64::from(column) * (2.0 / 11.0) - 10.0 / 11.0, 0.8 - row as f64 * 0.4, 0.0];
             let transform = Transform::from_parts(place, [0.0, 0.0, 0.0, 1.0], [1.0 / 11.0, 0.2, 1.0])?;

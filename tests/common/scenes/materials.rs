@@ -4,9 +4,7 @@ use super::Entry;
 use crate::common::images::{bumps, checker, image, ramp};
 use crate::common::shapes::{repeat_uv, sphere, square, torus};
 use crate::common::stage::{Built, Stage, at, flat_view, look, metal, plastic, turned, unlit};
-use overcoat::scene::{
-    AlphaMode, Camera, Material, MeshData, NormalTexture, Sampler, SceneError, Transform, Workflow,
-};
+use overcoat::scene::{AlphaMode, Camera, Material, NormalTexture, Sampler, SceneError, Transform, Workflow};
 
 pub const SCENES: &[Entry] = &[
     ("coat-grid", coat_grid),
@@ -50,33 +48,32 @@ pub fn grid(
 
 /// Coat mask to the right, coat roughness downwards, over a red plastic base.
 fn coat_grid() -> Built {
-    grid(5, 5, |_, x, y| Ok(Material { coat: x, coat_roughness: y, ..plastic(0.6, 0.04, 0.03, 0.6) }))
+    grid(5, 5, |_, x, y| {
+        Ok(plastic(0.6, 0.04, 0.03, 0.6).with(|m| {
+            m.coat = x;
+            m.coat_roughness = y;
+        }))
+    })
 }
 
 /// The same over a base of the specular workflow, whose F0 is not that of a dielectric.
 fn coat_grid_specular() -> Built {
     grid(5, 5, |_, x, y| {
-        Ok(Material {
-            coat: x,
-            coat_roughness: y,
-            base_color: [0.05, 0.15, 0.5, 1.0],
-            workflow: Workflow::SpecularGlossiness {
-                specular: [0.4, 0.25, 0.1],
-                glossiness: 0.5,
-                texture: None,
-            },
-            ..Material::default()
-        })
+        Ok(Material::default().with(|m| {
+            m.coat = x;
+            m.coat_roughness = y;
+            m.base_color = [0.05, 0.15, 0.5, 1.0];
+            m.workflow =
+                Workflow::SpecularGlossiness { specular: [0.4, 0.25, 0.1], glossiness: 0.5, texture: None };
+        }))
     })
 }
 
 /// Roughness to the right, metallic downwards.
 fn metal_roughness_grid() -> Built {
     grid(6, 4, |_, x, y| {
-        Ok(Material {
-            workflow: Workflow::MetallicRoughness { metallic: y, roughness: x, texture: None },
-            ..plastic(0.9, 0.5, 0.2, 0.0)
-        })
+        Ok(plastic(0.9, 0.5, 0.2, 0.0)
+            .with(|m| m.workflow = Workflow::MetallicRoughness { metallic: y, roughness: x, texture: None }))
     })
 }
 
@@ -91,12 +88,11 @@ fn ior_specular() -> Built {
             2 => (0.0, [1.0; 3]),
             _ => (1.0, [1.0, 0.3, 0.1]),
         };
-        Ok(Material {
-            ior: iors[(x * 4.0 + 0.5) as usize],
-            specular,
-            specular_color,
-            ..plastic(0.05, 0.06, 0.1, 0.2)
-        })
+        Ok(plastic(0.05, 0.06, 0.1, 0.2).with(|m| {
+            m.ior = iors[(x * 4.0 + 0.5) as usize];
+            m.specular = specular;
+            m.specular_color = specular_color;
+        }))
     })
 }
 
@@ -113,11 +109,10 @@ fn specular_glossiness() -> Built {
         };
         let specular = [[0.04; 3], [0.5, 0.1, 0.1], [0.9, 0.9, 0.95], [1.0; 3]][row as usize];
         let glossiness = if row == 3 { 1.0 } else { x };
-        Ok(Material {
-            base_color: [0.2, 0.25, 0.2, 1.0],
-            workflow: Workflow::SpecularGlossiness { specular, glossiness, texture },
-            ..Material::default()
-        })
+        Ok(Material::default().with(|m| {
+            m.base_color = [0.2, 0.25, 0.2, 1.0];
+            m.workflow = Workflow::SpecularGlossiness { specular, glossiness, texture };
+        }))
     })
 }
 
@@ -129,31 +124,32 @@ fn material_textures() -> Built {
         let coats = image(4, 64, |_, y| [if y % 16 < 8 { 255 } else { 0 }, (y * 4) as u8, 0, 255])?;
         let base = plastic(0.6, 0.5, 0.4, 1.0);
         Ok(match (x > 0.5, y > 0.5) {
-            (false, false) => Material {
-                workflow: Workflow::MetallicRoughness {
-                    metallic: 1.0,
-                    roughness: 1.0,
-                    texture: Some(s.data(columns)?),
-                },
-                ..base
-            },
+            (false, false) => {
+                let texture = Some(s.data(columns)?);
+                base.with(|m| {
+                    m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture }
+                })
+            }
             (true, false) => {
                 let texture = s.data(coats)?;
-                Material {
-                    coat: 1.0,
-                    coat_texture: Some(texture),
-                    coat_roughness: 0.8,
-                    coat_roughness_texture: Some(texture),
-                    ..base
-                }
+                base.with(|m| {
+                    m.coat = 1.0;
+                    m.coat_texture = Some(texture);
+                    m.coat_roughness = 0.8;
+                    m.coat_roughness_texture = Some(texture);
+                })
             }
             (false, true) => {
-                Material { specular_texture: Some(s.data(ramp(64)?)?), ..plastic(0.0, 0.0, 0.0, 0.2) }
+                let texture = s.data(ramp(64)?)?;
+                plastic(0.0, 0.0, 0.0, 0.2).with(|m| m.specular_texture = Some(texture))
             }
             (true, true) => {
                 let colors = checker(32, 4, [[255, 60, 60], [60, 60, 255]])?;
                 let texture = s.colors(colors, Sampler::default())?;
-                Material { specular_color_texture: Some(texture), ior: 2.0, ..plastic(0.0, 0.0, 0.0, 0.3) }
+                plastic(0.0, 0.0, 0.0, 0.3).with(|m| {
+                    m.specular_color_texture = Some(texture);
+                    m.ior = 2.0;
+                })
             }
         })
     })
@@ -169,13 +165,12 @@ fn coat_normal_map() -> Built {
         [(false, false), (false, true), (true, false), (true, true)].into_iter().enumerate()
     {
         let map = |on: bool| on.then_some(NormalTexture { texture, scale: 0.7 });
-        let material = s.material(Material {
-            coat: 1.0,
-            coat_roughness: 0.1,
-            normal_texture: map(base),
-            coat_normal_texture: map(coat),
-            ..metal(0.6, 0.1, 0.08, 0.5)
-        })?;
+        let material = s.material(metal(0.6, 0.1, 0.08, 0.5).with(|m| {
+            m.coat = 1.0;
+            m.coat_roughness = 0.1;
+            m.normal_texture = map(base);
+            m.coat_normal_texture = map(coat);
+        }))?;
         let place = [f64::from(k as u32 % 2) * 2.1 - 1.05, 1.05 - f64::from(k as u32 / 2) * 2.1, 0.0];
         s.place(ball, material, at(place, 0.95)?)?;
     }
@@ -188,11 +183,10 @@ fn normal_map() -> Built {
     let mut s = Stage::dark()?;
     s.key_light(3.0)?;
     let texture = s.data(bumps(64, 3)?)?;
-    let bumpy = Material {
-        normal_texture: Some(NormalTexture { texture, scale: 1.0 }),
-        double_sided: true,
-        ..plastic(0.6, 0.6, 0.6, 0.5)
-    };
+    let bumpy = plastic(0.6, 0.6, 0.6, 0.5).with(|m| {
+        m.normal_texture = Some(NormalTexture { texture, scale: 1.0 });
+        m.double_sided = true;
+    });
     let material = s.material(bumpy)?;
     let plain = square(2);
     let mut mirrored = plain.clone();
@@ -219,12 +213,11 @@ fn normal_map() -> Built {
 fn degenerate_uv() -> Built {
     let mut s = Stage::new()?;
     let texture = s.data(bumps(64, 4)?)?;
-    let material = s.material(Material {
-        normal_texture: Some(NormalTexture { texture, scale: 1.0 }),
-        ..plastic(0.5, 0.45, 0.4, 0.4)
-    })?;
+    let material = s.material(
+        plastic(0.5, 0.45, 0.4, 0.4).with(|m| m.normal_texture = Some(NormalTexture { texture, scale: 1.0 })),
+    )?;
     let whole = sphere(32);
-    let collapsed = repeat_uv(MeshData { tangents: Vec::new(), ..whole.clone() }, 0.0);
+    let collapsed = repeat_uv(whole.clone().with(|d| d.tangents = Vec::new()), 0.0);
     let mut zero = whole.clone();
     zero.tangents.fill([0.0, 0.0, 0.0, 1.0]);
     let mut along = whole.clone();
@@ -246,8 +239,11 @@ fn grazing_normals() -> Built {
     let texture = s.data(bumps(64, 4)?)?;
     let ring = s.mesh(repeat_uv(torus(0.4, 48), 3.0))?;
     let strong = Some(NormalTexture { texture, scale: 3.0 });
-    let mirror = s.material(Material { normal_texture: strong, ..metal(0.9, 0.9, 0.9, 0.1) })?;
-    let coated = s.material(Material { coat: 1.0, normal_texture: strong, ..plastic(0.6, 0.1, 0.1, 0.3) })?;
+    let mirror = s.material(metal(0.9, 0.9, 0.9, 0.1).with(|m| m.normal_texture = strong))?;
+    let coated = s.material(plastic(0.6, 0.1, 0.1, 0.3).with(|m| {
+        m.coat = 1.0;
+        m.normal_texture = strong;
+    }))?;
     s.place(ring, mirror, turned([0.0, 0.75, 0.0], [1.0, 0.0, 0.0], [0.26, 0.966], 1.0)?)?;
     s.place(ring, coated, turned([0.0, -0.75, 0.0], [1.0, 0.0, 0.0], [0.1, 0.995], 1.0)?)?;
     s.seen(look([0.0, 0.6, 6.0], [0.0; 3], 30.0))
@@ -279,11 +275,10 @@ fn unlit_materials() -> Built {
     grid(2, 2, |s, x, y| {
         let picture = checker(32, 8, [[200, 60, 40], [240, 230, 200]])?;
         let texture = s.colors(picture, Sampler::default())?;
-        Ok(Material {
-            unlit: x < 0.5,
-            base_color_texture: (y > 0.5).then_some(texture),
-            ..plastic(0.8, 0.6, 0.4, 0.5)
-        })
+        Ok(plastic(0.8, 0.6, 0.4, 0.5).with(|m| {
+            m.unlit = x < 0.5;
+            m.base_color_texture = (y > 0.5).then_some(texture);
+        }))
     })
 }
 
@@ -296,11 +291,10 @@ fn emissive() -> Built {
     for (k, (strength, textured)) in
         [(0.25, false), (1.0, false), (4.0, false), (2.0, true)].into_iter().enumerate()
     {
-        let material = s.material(Material {
-            emissive: if textured { [strength; 3] } else { [strength, 0.4 * strength, 0.1 * strength] },
-            emissive_texture: textured.then_some(texture),
-            ..plastic(0.5, 0.5, 0.5, 0.5)
-        })?;
+        let material = s.material(plastic(0.5, 0.5, 0.5, 0.5).with(|m| {
+            m.emissive = if textured { [strength; 3] } else { [strength, 0.4 * strength, 0.1 * strength] };
+            m.emissive_texture = textured.then_some(texture);
+        }))?;
         let place = [f64::from(k as u32 % 2) * 2.1 - 1.05, 1.05 - f64::from(k as u32 / 2) * 2.1, 0.0];
         s.place(ball, material, at(place, 0.95)?)?;
     }
@@ -311,11 +305,10 @@ fn emissive() -> Built {
 fn occlusion() -> Built {
     grid(3, 1, |s, x, _| {
         let texture = s.data(checker(32, 4, [[255; 3], [30; 3]])?)?;
-        Ok(Material {
-            occlusion_texture: Some(texture),
-            occlusion_strength: x,
-            ..plastic(0.6, 0.6, 0.6, 0.4)
-        })
+        Ok(plastic(0.6, 0.6, 0.6, 0.4).with(|m| {
+            m.occlusion_texture = Some(texture);
+            m.occlusion_strength = x;
+        }))
     })
 }
 
@@ -323,11 +316,12 @@ fn occlusion() -> Built {
 /// order of drawing is not the order of depth.
 fn blend() -> Built {
     let mut s = Stage::new()?;
-    let glass = |r, g, b, a| Material {
-        base_color: [r, g, b, a],
-        alpha_mode: AlphaMode::Blend,
-        double_sided: true,
-        ..plastic(r, g, b, 0.5)
+    let glass = |r, g, b, a| {
+        plastic(r, g, b, 0.5).with(|m| {
+            m.base_color = [r, g, b, a];
+            m.alpha_mode = AlphaMode::Blend;
+            m.double_sided = true;
+        })
     };
     let (pane, ball) = (s.mesh(square(1))?, s.mesh(sphere(32))?);
     let (red, green, blue) = (

@@ -6,8 +6,8 @@ use super::materials::grid;
 use crate::common::shapes::{ground, sphere};
 use crate::common::stage::{Built, Stage, at, look, metal, plastic};
 use overcoat::scene::{
-    Anisotropy, CoatMedium, Iridescence, Light, LightKind, Lobes, Material, SceneError, SecondLobe,
-    ShadingModel, Sheen, Subsurface,
+    Anisotropy, CoatMedium, Iridescence, Light, LightKind, Lobes, SceneError, SecondLobe, ShadingModel,
+    Sheen, Subsurface,
 };
 
 pub const SCENES: &[Entry] = &[
@@ -25,13 +25,12 @@ pub const SCENES: &[Entry] = &[
 /// Index of the coat from 1 to 2.2 to the right, its roughness downwards, over a copper base.
 fn coat_ior_grid() -> Built {
     grid(5, 5, |_, x, y| {
-        let coat = CoatMedium { ior: 1.0 + 1.2 * x, ..CoatMedium::default() };
-        Ok(Material {
-            coat: 1.0,
-            coat_roughness: y,
-            lobes: Lobes { coat, ..Lobes::default() },
-            ..metal(0.9, 0.45, 0.25, 0.3)
-        })
+        let coat = CoatMedium::default().with(|c| c.ior = 1.0 + 1.2 * x);
+        Ok(metal(0.9, 0.45, 0.25, 0.3).with(|m| {
+            m.coat = 1.0;
+            m.coat_roughness = y;
+            m.lobes = Lobes::default().with(|l| l.coat = coat);
+        }))
     })
 }
 
@@ -39,13 +38,15 @@ fn coat_ior_grid() -> Built {
 /// follows it for OpenPBR.
 fn coat_extinction_grid() -> Built {
     grid(5, 5, |_, x, y| {
-        let coat = CoatMedium {
-            thickness: x.into(),
-            extinction: [0.2 * y, 1.5 * y, 2.5 * y],
-            color: [1.0 - 0.1 * x * y, 1.0 - 0.7 * x * y, 1.0 - 0.9 * x * y].into(),
-            ..CoatMedium::default()
-        };
-        Ok(Material { coat: 1.0, lobes: Lobes { coat, ..Lobes::default() }, ..metal(0.9, 0.88, 0.85, 0.35) })
+        let coat = CoatMedium::default().with(|c| {
+            c.thickness = x.into();
+            c.extinction = [0.2 * y, 1.5 * y, 2.5 * y];
+            c.color = [1.0 - 0.1 * x * y, 1.0 - 0.7 * x * y, 1.0 - 0.9 * x * y].into();
+        });
+        Ok(metal(0.9, 0.88, 0.85, 0.35).with(|m| {
+            m.coat = 1.0;
+            m.lobes = Lobes::default().with(|l| l.coat = coat);
+        }))
     })
 }
 
@@ -54,13 +55,16 @@ fn coat_extinction_grid() -> Built {
 fn anisotropy_grid() -> Built {
     grid(5, 4, |_, x, y| {
         let rotation = if y == 1.0 { std::f32::consts::FRAC_PI_4 } else { 0.0 };
-        let anisotropy = Anisotropy { strength: 1.5 * x - 0.75, rotation, texture: None };
-        Ok(Material {
-            coat: if x > 0.9 { 1.0 } else { 0.0 },
-            coat_roughness: 0.2,
-            lobes: Lobes { anisotropy, ..Lobes::default() },
-            ..metal(0.9, 0.75, 0.5, 0.35 + 0.45 * y)
-        })
+        let anisotropy = Anisotropy::default().with(|a| {
+            a.strength = 1.5 * x - 0.75;
+            a.rotation = rotation;
+            a.texture = None;
+        });
+        Ok(metal(0.9, 0.75, 0.5, 0.35 + 0.45 * y).with(|m| {
+            m.coat = if x > 0.9 { 1.0 } else { 0.0 };
+            m.coat_roughness = 0.2;
+            m.lobes = Lobes::default().with(|l| l.anisotropy = anisotropy);
+        }))
     })
 }
 
@@ -70,17 +74,15 @@ fn iridescence_grid() -> Built {
     grid(5, 4, |_, x, y| {
         let row = (y * 3.0 + 0.5) as u32;
         let nm = 100.0 + 800.0 * x;
-        let iridescence = Iridescence {
-            mask: if row == 0 { 0.5 } else { 1.0 }.into(),
-            thickness: [nm, nm],
-            ..Iridescence::default()
-        };
+        let iridescence = Iridescence::default().with(|i| {
+            i.mask = if row == 0 { 0.5 } else { 1.0 }.into();
+            i.thickness = [nm, nm];
+        });
         let base = if row < 2 { plastic(0.02, 0.02, 0.03, 0.2) } else { metal(0.8, 0.8, 0.82, 0.25) };
-        Ok(Material {
-            coat: if row == 3 { 1.0 } else { 0.0 },
-            lobes: Lobes { iridescence, ..Lobes::default() },
-            ..base
-        })
+        Ok(base.with(|m| {
+            m.coat = if row == 3 { 1.0 } else { 0.0 };
+            m.lobes = Lobes::default().with(|l| l.iridescence = iridescence);
+        }))
     })
 }
 
@@ -88,25 +90,30 @@ fn iridescence_grid() -> Built {
 fn lobe_haze_grid() -> Built {
     grid(5, 4, |_, x, y| {
         let row = (y * 3.0 + 0.5) as u32;
-        let mut second = SecondLobe { roughness: 0.7.into(), anisotropy: 0.4, ..SecondLobe::default() };
+        let mut second = SecondLobe::default().with(|s| {
+            s.roughness = 0.7.into();
+            s.anisotropy = 0.4;
+        });
         if row < 2 {
             second.mix = x.into();
         } else {
             second.haziness = x.into();
         }
-        Ok(Material {
-            coat: if row % 2 == 1 { 1.0 } else { 0.0 },
-            lobes: Lobes { second, ..Lobes::default() },
-            ..plastic(0.05, 0.07, 0.12, 0.2)
-        })
+        Ok(plastic(0.05, 0.07, 0.12, 0.2).with(|m| {
+            m.coat = if row % 2 == 1 { 1.0 } else { 0.0 };
+            m.lobes = Lobes::default().with(|l| l.second = second);
+        }))
     })
 }
 
 /// Roughness of the sheen to the right, its strength downwards.
 fn sheen_grid() -> Built {
     grid(5, 4, |_, x, y| {
-        let sheen = Sheen { color: [y, 0.8 * y, 0.6 * y].into(), roughness: x.into() };
-        Ok(Material { lobes: Lobes { sheen, ..Lobes::default() }, ..plastic(0.3, 0.03, 0.05, 0.7) })
+        let sheen = Sheen::default().with(|s| {
+            s.color = [y, 0.8 * y, 0.6 * y].into();
+            s.roughness = x.into();
+        });
+        Ok(plastic(0.3, 0.03, 0.05, 0.7).with(|m| m.lobes = Lobes::default().with(|l| l.sheen = sheen)))
     })
 }
 
@@ -114,18 +121,18 @@ fn sheen_grid() -> Built {
 /// lit from behind as well.
 fn subsurface_grid() -> Built {
     let (mut scene, camera) = grid(5, 3, |_, x, y| {
-        let subsurface = Subsurface {
-            mask: 1.0.into(),
-            scattering_distance: [2.0, 0.6, 0.3],
-            transmission: if y > 0.0 { [0.9, 0.5, 0.35] } else { [0.0; 3] },
-            thickness: (0.1 + 3.0 * x).into(),
-            post_scatter: y == 1.0,
-            ..Subsurface::default()
-        };
-        Ok(Material { lobes: Lobes { subsurface, ..Lobes::default() }, ..plastic(0.8, 0.5, 0.4, 0.5) })
+        let subsurface = Subsurface::default().with(|s| {
+            s.mask = 1.0.into();
+            s.scattering_distance = [2.0, 0.6, 0.3];
+            s.transmission = if y > 0.0 { [0.9, 0.5, 0.35] } else { [0.0; 3] };
+            s.thickness = (0.1 + 3.0 * x).into();
+            s.post_scatter = y == 1.0;
+        });
+        Ok(plastic(0.8, 0.5, 0.4, 0.5)
+            .with(|m| m.lobes = Lobes::default().with(|l| l.subsurface = subsurface)))
     })?;
     let kind = LightKind::Directional { direction: [0.0, 0.0, 1.0] };
-    scene.add_light(Light { intensity: 3.0, ..Light::new(kind) })?;
+    scene.add_light(Light::new(kind).with(|l| l.intensity = 3.0))?;
     Ok((scene, camera))
 }
 
@@ -134,18 +141,22 @@ fn mixed_models() -> Built {
     let models = ShadingModel::ALL;
     grid(5, 3, |_, x, y| {
         let index = (y * 2.0 + 0.5) as usize * 5 + (x * 4.0 + 0.5) as usize;
-        let lobes = Lobes {
-            sheen: Sheen { color: [0.2, 0.2, 0.25].into(), roughness: 0.4.into() },
-            coat: CoatMedium { thickness: 0.5.into(), extinction: [0.1, 0.6, 0.6], ..CoatMedium::default() },
-            ..Lobes::default()
-        };
-        Ok(Material {
-            model: models.get(index).copied(),
-            coat: 1.0,
-            coat_roughness: 0.2,
-            lobes,
-            ..plastic(0.5, 0.05, 0.04, 0.4)
-        })
+        let lobes = Lobes::default().with(|l| {
+            l.sheen = Sheen::default().with(|s| {
+                s.color = [0.2, 0.2, 0.25].into();
+                s.roughness = 0.4.into();
+            });
+            l.coat = CoatMedium::default().with(|c| {
+                c.thickness = 0.5.into();
+                c.extinction = [0.1, 0.6, 0.6];
+            });
+        });
+        Ok(plastic(0.5, 0.05, 0.04, 0.4).with(|m| {
+            m.model = models.get(index).copied();
+            m.coat = 1.0;
+            m.coat_roughness = 0.2;
+            m.lobes = lobes;
+        }))
     })
 }
 
@@ -158,16 +169,18 @@ fn area_lights() -> Built {
     s.place(floor, glossy, at([0.0; 3], 5.0)?)?;
     for k in 0..5_u8 {
         let part = f32::from(k) / 4.0;
-        let made = Material {
-            coat: if k > 2 { 1.0 } else { 0.0 },
-            coat_roughness: 0.15,
-            ..metal(0.9, 0.7, 0.4, 0.1 + 0.6 * part)
-        };
+        let made = metal(0.9, 0.7, 0.4, 0.1 + 0.6 * part).with(|m| {
+            m.coat = if k > 2 { 1.0 } else { 0.0 };
+            m.coat_roughness = 0.15;
+        });
         let made = s.material(made)?;
         s.place(ball, made, at([f64::from(k) * 1.2 - 2.4, 0.5, 0.0], 0.5)?)?;
     }
     let mut lamp = |kind, color| -> Result<(), SceneError> {
-        s.scene.add_light(Light { color, intensity: 4.0, ..Light::new(kind) })
+        s.scene.add_light(Light::new(kind).with(|l| {
+            l.color = color;
+            l.intensity = 4.0;
+        }))
     };
     lamp(
         LightKind::Rect {

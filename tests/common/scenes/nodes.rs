@@ -36,7 +36,7 @@ fn bare(mut mesh: MeshData) -> MeshData {
 
 /// The scene of a document as it is, without an environment.
 fn dark(mut scene: Scene) -> Result<Scene, Box<dyn Error>> {
-    scene.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() })?;
+    scene.set_environment(Environment::default().with(|e| e.source = EnvironmentSource::None))?;
     Ok(scene)
 }
 

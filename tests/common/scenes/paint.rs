@@ -3,7 +3,7 @@
 use super::Entry;
 use super::materials::grid;
 use crate::common::stage::{Built, plastic};
-use overcoat::scene::{CoatSurface, Flakes, Material};
+use overcoat::scene::{CoatSurface, Flakes};
 
 pub const SCENES: &[Entry] = &[("car-paint", car_paint)];
 
@@ -14,27 +14,44 @@ fn car_paint() -> Built {
         let row = (y * 5.0 + 0.5) as u32;
         let power = (x * 4.0 + 0.5) as i32;
         let size = 0.01 * (1_u32 << (2 * power) as u32) as f32 / 4.0;
-        let flakes = Flakes { share: 1.0, size, ..Flakes::default() };
-        let mut material = Material { coat: 1.0, coat_roughness: 0.03, ..plastic(0.02, 0.03, 0.06, 0.5) };
+        let flakes = Flakes::default().with(|f| {
+            f.share = 1.0;
+            f.size = size;
+        });
+        let mut material = plastic(0.02, 0.03, 0.06, 0.5).with(|m| {
+            m.coat = 1.0;
+            m.coat_roughness = 0.03;
+        });
         let lobes = &mut material.lobes;
         match row {
             0 => lobes.flakes = flakes,
             1 => {
-                lobes.flakes = Flakes { share: 0.2, spread: 0.7, ..flakes };
+                lobes.flakes = flakes.with(|f| {
+                    f.share = 0.2;
+                    f.spread = 0.7;
+                });
                 lobes.coat.color.factor = [0.9, 0.3, 0.1];
             }
             2 | 3 => {
-                let film = Flakes { color: [0.05; 3], film_thickness: 140.0, transparency: 1.0, ..flakes };
+                let film = flakes.with(|f| {
+                    f.color = [0.05; 3];
+                    f.film_thickness = 140.0;
+                    f.transparency = 1.0;
+                });
                 lobes.flakes = film;
             }
             4 => {
-                lobes.coat_surface =
-                    CoatSurface { peel: 0.04, peel_size: 2.0 * size, ..CoatSurface::default() }
+                lobes.coat_surface = CoatSurface::default().with(|c| {
+                    c.peel = 0.04;
+                    c.peel_size = 2.0 * size;
+                })
             }
             _ => {
-                lobes.flakes = Flakes { share: 0.2, ..flakes };
-                lobes.coat_surface =
-                    CoatSurface { scratches: 0.1, scratch_length: 4.0 * size, ..CoatSurface::default() };
+                lobes.flakes = flakes.with(|f| f.share = 0.2);
+                lobes.coat_surface = CoatSurface::default().with(|c| {
+                    c.scratches = 0.1;
+                    c.scratch_length = 4.0 * size;
+                });
             }
         }
         if row == 2 {

@@ -4,8 +4,8 @@ use super::Entry;
 use crate::common::shapes::{noise, sphere, square};
 use crate::common::stage::{Built, Stage, at, look, plastic, turned};
 use overcoat::scene::{
-    AlphaMode, Material, SceneError, Splat, SplatCloudBuilder, SplatColorSpace, SplatInstance, SplatOrder,
-    Transform, Transmission,
+    AlphaMode, SceneError, Splat, SplatCloudBuilder, SplatColorSpace, SplatInstance, SplatOrder, Transform,
+    Transmission,
 };
 use overcoat_core::math::double::sin_cos;
 
@@ -91,16 +91,15 @@ fn splats_and_surfaces() -> Built {
     let (ball, sheet) = (s.mesh(sphere(24))?, s.mesh(square(1))?);
     let grey = s.material(plastic(0.5, 0.5, 0.5, 0.5))?;
     s.place(ball, grey, at([-0.3, 0.0, 0.0], 0.7)?)?;
-    let blue = Material {
-        alpha_mode: AlphaMode::Blend,
-        base_color: [0.1, 0.2, 0.9, 0.5],
-        ..plastic(1.0, 1.0, 1.0, 0.4)
-    };
-    let blue = s.material(Material { double_sided: true, ..blue })?;
+    let blue = plastic(1.0, 1.0, 1.0, 0.4).with(|m| {
+        m.alpha_mode = AlphaMode::Blend;
+        m.base_color = [0.1, 0.2, 0.9, 0.5];
+    });
+    let blue = s.material(blue.with(|m| m.double_sided = true))?;
     s.place(sheet, blue, turned([0.4, 0.3, 0.2], [0.0, 1.0, 0.0], [0.5, 0.866], 0.6)?)?;
     let mut glass = plastic(0.95, 0.3, 0.25, 0.0);
-    glass.lobes.transmission = Transmission { factor: 1.0.into(), ..Transmission::default() };
-    let glass = s.material(Material { double_sided: true, ..glass })?;
+    glass.lobes.transmission = Transmission::default().with(|t| t.factor = 1.0.into());
+    let glass = s.material(glass.with(|m| m.double_sided = true))?;
     s.place(sheet, glass, at([-0.2, -0.75, 0.6], 0.4)?)?;
     let mut cloud = builder(0)?;
     for k in 0..150 {

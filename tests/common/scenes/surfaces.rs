@@ -176,11 +176,10 @@ fn glass() -> Built {
         model.show(&ball, material, [(k % 4) as f64 - 1.5, 0.5 - (k / 4) as f64, 0.0], 0.45);
     }
     let (mut scene, camera) = shown(&mut model)?;
-    scene.add_light(Light {
-        color: [1.0; 3],
-        intensity: 1.0,
-        ..Light::new(LightKind::Directional { direction: [0.6, -0.35, 0.72] })
-    })?;
+    scene.add_light(Light::new(LightKind::Directional { direction: [0.6, -0.35, 0.72] }).with(|l| {
+        l.color = [1.0; 3];
+        l.intensity = 1.0;
+    }))?;
     Ok((scene, camera))
 }
 
@@ -339,7 +338,7 @@ fn channels() -> Built {
         ),
     ];
     let wall = square(1);
-    let wall = model.shape(&MeshData { tangents: Vec::new(), ..wall });
+    let wall = model.shape(&wall.with(|d| d.tangents = Vec::new()));
     let behind = model.material(json!({
         "extensions": {"KHR_materials_unlit": {}},
         "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.45, 1]},
@@ -350,11 +349,10 @@ fn channels() -> Built {
         model.show(&dome, material, [0.5 * (k % 5) as f64 - 1.0, 0.75 - 0.5 * (k / 5) as f64, 0.0], 0.23);
     }
     let (mut scene, camera) = shown(&mut model)?;
-    scene.add_light(Light {
-        color: [1.0; 3],
-        intensity: 3.0,
-        ..Light::new(LightKind::Directional { direction: [0.1, -0.2, 0.97] })
-    })?;
+    scene.add_light(Light::new(LightKind::Directional { direction: [0.1, -0.2, 0.97] }).with(|l| {
+        l.color = [1.0; 3];
+        l.intensity = 3.0;
+    }))?;
     Ok((scene, camera))
 }
 

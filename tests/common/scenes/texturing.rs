@@ -26,7 +26,7 @@ pub const SCENES: &[Entry] = &[
 ];
 
 fn textured(texture: TextureRef) -> Material {
-    Material { base_color_texture: Some(texture), ..unlit(1.0, 1.0, 1.0) }
+    unlit(1.0, 1.0, 1.0).with(|m| m.base_color_texture = Some(texture))
 }
 
 /// A floor of squares towards the horizon.
@@ -128,8 +128,7 @@ fn odd_sizes() -> Built {
 fn uv_seam() -> Built {
     let mut s = Stage::new()?;
     let texture = s.colors(checker(128, 16, [[230, 120, 30], [30, 60, 120]])?, Sampler::default())?;
-    let material =
-        s.material(Material { base_color_texture: Some(texture), ..plastic(1.0, 1.0, 1.0, 0.8) })?;
+    let material = s.material(plastic(1.0, 1.0, 1.0, 0.8).with(|m| m.base_color_texture = Some(texture)))?;
     let mut column = surface(32, 1, |u, v| {
         let (sin, cos) = double::sin_cos(TAU * u);
         ([sin, 1.0 - 2.0 * v, cos], [sin, 0.0, cos], [cos, 0.0, -sin])
@@ -193,11 +192,10 @@ fn mask() -> Built {
     let (pane, ball) = (s.mesh(square(1))?, s.mesh(sphere(32))?);
     let texture = s.texture(soft_disc(64)?, ColorSpace::Srgb, AlphaUse::Coverage, Sampler::default())?;
     for (k, cutoff) in [0.25, 0.5, 0.75, 1.01].into_iter().enumerate() {
-        let material = s.material(Material {
-            base_color_texture: Some(texture),
-            alpha_mode: AlphaMode::Mask { cutoff },
-            ..plastic(0.2, 0.6, 0.3, 0.6)
-        })?;
+        let material = s.material(plastic(0.2, 0.6, 0.3, 0.6).with(|m| {
+            m.base_color_texture = Some(texture);
+            m.alpha_mode = AlphaMode::Mask { cutoff };
+        }))?;
         let place = [(k % 2) as f64 - 0.5, 0.5 - (k / 2) as f64, 0.6];
         s.place(pane, material, at(place, 0.46)?)?;
     }
@@ -211,12 +209,11 @@ fn mask_far() -> Built {
     let mut s = Stage::new()?;
     let bars = image(64, 64, |x, y| [60, 110, 60, if x % 16 < 5 || y % 32 < 4 { 255 } else { 0 }])?;
     let texture = s.texture(bars, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default())?;
-    let material = s.material(Material {
-        base_color_texture: Some(texture),
-        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-        double_sided: true,
-        ..unlit(1.0, 1.0, 1.0)
-    })?;
+    let material = s.material(unlit(1.0, 1.0, 1.0).with(|m| {
+        m.base_color_texture = Some(texture);
+        m.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+        m.double_sided = true;
+    }))?;
     let mut fence = square(1);
     for uv in &mut fence.uvs[0] {
         *uv = [uv[0] * 40.0, uv[1]];

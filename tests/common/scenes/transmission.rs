@@ -24,8 +24,10 @@ pub const SCENES: &[Entry] = &[
 /// Clear glass of a thickness, 0 for a thin wall.
 fn glass(roughness: f32, thickness: f32) -> Material {
     let mut material = plastic(1.0, 1.0, 1.0, roughness);
-    material.lobes.transmission =
-        Transmission { factor: 1.0.into(), thickness: thickness.into(), ..Transmission::default() };
+    material.lobes.transmission = Transmission::default().with(|t| {
+        t.factor = 1.0.into();
+        t.thickness = thickness.into();
+    });
     // Red of a texture is its own channel.
     material.lobes.transmission.thickness.channel = 1;
     material
@@ -34,7 +36,7 @@ fn glass(roughness: f32, thickness: f32) -> Material {
 /// A checkered wall behind everything.
 fn wall(s: &mut Stage, distance: f64, size: f64) -> Result<(), SceneError> {
     let texture = s.colors(checker(64, 16, [[235, 235, 225], [40, 60, 110]])?, Sampler::default())?;
-    let material = s.material(Material { base_color_texture: Some(texture), ..unlit(0.9, 0.9, 0.9) })?;
+    let material = s.material(unlit(0.9, 0.9, 0.9).with(|m| m.base_color_texture = Some(texture)))?;
     let mesh = s.mesh(square(1))?;
     s.place(mesh, material, at([0.0, 0.0, -distance], size)?)
 }
@@ -56,7 +58,10 @@ fn transmission_layers() -> Built {
     let (pane, ball) = (s.mesh(square(1))?, s.mesh(sphere(32))?);
     let mut tinted = |r, g, b| {
         let material = glass(0.0, 0.0);
-        s.material(Material { base_color: [r, g, b, 1.0], double_sided: true, ..material })
+        s.material(material.with(|m| {
+            m.base_color = [r, g, b, 1.0];
+            m.double_sided = true;
+        }))
     };
     let (red, green, blue) = (tinted(0.9, 0.2, 0.2)?, tinted(0.2, 0.9, 0.3)?, tinted(0.3, 0.4, 0.95)?);
     let solid = s.material(plastic(0.8, 0.7, 0.2, 0.4))?;
@@ -73,13 +78,13 @@ fn transmission_before_nothing() -> Built {
     let mut s = Stage::new()?;
     s.key_light(1.0)?;
     let (pane, ball) = (s.mesh(square(1))?, s.mesh(sphere(32))?);
-    let tinted = |r, g, b, material: Material| Material { base_color: [r, g, b, 1.0], ..material };
+    let tinted = |r, g, b, material: Material| material.with(|m| m.base_color = [r, g, b, 1.0]);
     let red = s.material(tinted(0.95, 0.2, 0.2, glass(0.0, 0.0)))?;
     let blue = s.material(tinted(0.2, 0.4, 0.95, glass(0.0, 0.0)))?;
-    let half = Material { alpha_mode: AlphaMode::Blend, ..glass(0.0, 0.0) };
-    let half = s.material(Material { base_color: [0.1, 0.9, 0.3, 0.5], ..half })?;
-    let smoke = Material { alpha_mode: AlphaMode::Blend, ..plastic(0.9, 0.9, 0.9, 0.8) };
-    let smoke = s.material(Material { base_color: [0.9, 0.9, 0.9, 0.4], ..smoke })?;
+    let half = glass(0.0, 0.0).with(|m| m.alpha_mode = AlphaMode::Blend);
+    let half = s.material(half.with(|m| m.base_color = [0.1, 0.9, 0.3, 0.5]))?;
+    let smoke = plastic(0.9, 0.9, 0.9, 0.8).with(|m| m.alpha_mode = AlphaMode::Blend);
+    let smoke = s.material(smoke.with(|m| m.base_color = [0.9, 0.9, 0.9, 0.4]))?;
     let rough = s.material(tinted(0.95, 0.7, 0.2, glass(0.4, 0.8)))?;
     let mut dispersive = tinted(0.6, 0.95, 0.9, glass(0.0, 1.2));
     dispersive.lobes.transmission.dispersion = 8.0;
@@ -125,7 +130,7 @@ fn attenuation() -> Built {
 fn dispersion() -> Built {
     let mut s = Stage::new()?;
     let texture = s.colors(checker(96, 24, [[255; 3], [0; 3]])?, Sampler::default())?;
-    let material = s.material(Material { base_color_texture: Some(texture), ..unlit(1.0, 1.0, 1.0) })?;
+    let material = s.material(unlit(1.0, 1.0, 1.0).with(|m| m.base_color_texture = Some(texture)))?;
     let (back, ball) = (s.mesh(square(1))?, s.mesh(sphere(48))?);
     s.place(back, material, at([0.0, 0.0, -2.5], 4.0)?)?;
     for (k, amount) in [0.0, 1.0, 8.0].into_iter().enumerate() {
@@ -161,24 +166,25 @@ fn transmission_under_blend() -> Built {
     let mut s = Stage::new()?;
     wall(&mut s, 3.0, 3.0)?;
     let pane = s.mesh(square(1))?;
-    let smoke = Material {
-        base_color: [0.9, 0.5, 0.1, 0.5],
-        alpha_mode: AlphaMode::Blend,
-        ..plastic(0.9, 0.5, 0.1, 0.8)
-    };
+    let smoke = plastic(0.9, 0.5, 0.1, 0.8).with(|m| {
+        m.base_color = [0.9, 0.5, 0.1, 0.5];
+        m.alpha_mode = AlphaMode::Blend;
+    });
     let smoke = s.material(smoke)?;
     let frosted = s.material(glass(0.35, 0.0))?;
     let texture = s.colors(letter_f()?, Sampler::default())?;
-    let half_there = Material {
-        base_color: [0.7, 1.0, 0.8, 0.6],
-        base_color_texture: Some(texture),
-        alpha_mode: AlphaMode::Blend,
-        ..glass(0.2, 0.3)
-    };
+    let half_there = glass(0.2, 0.3).with(|m| {
+        m.base_color = [0.7, 1.0, 0.8, 0.6];
+        m.base_color_texture = Some(texture);
+        m.alpha_mode = AlphaMode::Blend;
+    });
     let half_there = s.material(half_there)?;
     let disc = s.texture(soft_disc(64)?, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default())?;
     let alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
-    let cut = Material { base_color_texture: Some(disc), alpha_mode, ..glass(0.2, 0.3) };
+    let cut = glass(0.2, 0.3).with(|m| {
+        m.base_color_texture = Some(disc);
+        m.alpha_mode = alpha_mode;
+    });
     let cut = s.material(cut)?;
     s.place(pane, frosted, at([-0.9, 0.6, 0.0], 0.7)?)?;
     s.place(pane, smoke, at([-1.2, 0.6, 0.6], 0.4)?)?;
@@ -191,11 +197,10 @@ fn transmission_under_blend() -> Built {
 /// Paper and leaves lit from behind: diffuse transmission 0 to 1 to the right, white above and coloured below.
 fn diffuse_transmission() -> Built {
     let mut s = Stage::dark()?;
-    s.scene.add_light(Light {
-        color: [1.0; 3],
-        intensity: 3.0,
-        ..Light::new(LightKind::Directional { direction: [0.1, -0.2, 0.97] })
-    })?;
+    s.scene.add_light(Light::new(LightKind::Directional { direction: [0.1, -0.2, 0.97] }).with(|l| {
+        l.color = [1.0; 3];
+        l.intensity = 3.0;
+    }))?;
     let pane = s.mesh(square(1))?;
     for k in 0..8_u32 {
         let mut paper = plastic(0.8, 0.8, 0.8, 0.9);

@@ -111,7 +111,7 @@ impl Bench {
                 EnvironmentSource::None
             }
         };
-        scene.set_environment(Environment { source, ..Environment::default() })?;
+        scene.set_environment(Environment::default().with(|e| e.source = source))?;
         Ok(scene)
     }
 }

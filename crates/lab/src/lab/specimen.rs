@@ -48,18 +48,17 @@ impl Specimen {
     #[must_use]
     pub fn material(&self) -> Material {
         let [r, g, b] = self.color.map(|c| c as f32);
-        let mut material = Material {
-            base_color: [r, g, b, 1.0],
-            workflow: Workflow::MetallicRoughness {
+        let mut material = Material::default().with(|m| {
+            m.base_color = [r, g, b, 1.0];
+            m.workflow = Workflow::MetallicRoughness {
                 metallic: f32::from(u8::from(self.metal)),
                 roughness: self.base_roughness as f32,
                 texture: None,
-            },
-            specular: self.specular as f32,
-            coat: self.coat as f32,
-            coat_roughness: self.coat_roughness as f32,
-            ..Material::default()
-        };
+            };
+            m.specular = self.specular as f32;
+            m.coat = self.coat as f32;
+            m.coat_roughness = self.coat_roughness as f32;
+        });
         let medium = &mut material.lobes.coat;
         medium.ior = self.coat_ior as f32;
         medium.thickness = (self.thickness as f32).into();

@@ -217,7 +217,7 @@ impl<'a> Builder<'a> {
             return Ok(*known);
         }
         let material = match effect {
-            Some(effect) => Material { name: id.to_owned(), ..self.surface(id, effect)? },
+            Some(effect) => (self.surface(id, effect)?).with(|m| m.name = id.to_owned()),
             None => default_material(),
         };
         let added = self.scene.add_material(material).map_err(LoadError::scene("COLLADA: material"))?;

@@ -465,13 +465,12 @@ mod tests {
     #[test]
     fn blocks_are_all_moved_and_mirrored_triangles_turned() {
         let count = 3 * BLOCK + 17;
-        let base = MeshData {
-            positions: (0..count).map(|k| [k as f32, 0.0, 0.0]).collect(),
-            normals: vec![[0.0, 0.0, 1.0]; count],
-            colors: vec![[0.5; 4]; count],
-            triangles: vec![[0, 1, 2], [2, 1, count as u32 - 1]],
-            ..MeshData::default()
-        };
+        let base = MeshData::default().with(|d| {
+            d.positions = (0..count).map(|k| [k as f32, 0.0, 0.0]).collect();
+            d.normals = vec![[0.0, 0.0, 1.0]; count];
+            d.colors = vec![[0.5; 4]; count];
+            d.triangles = vec![[0, 1, 2], [2, 1, count as u32 - 1]];
+        });
         let target = |y: f32| Displacements {
             positions: (0..count).map(|k| [0.0, y * k as f32, 0.0]).collect(),
             colors: vec![[y; 4]; count],

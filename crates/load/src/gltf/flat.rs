@@ -50,11 +50,10 @@ mod tests {
 
     #[test]
     fn flat_meshes_get_the_normals_of_their_triangles() {
-        let mut data = MeshData {
-            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            triangles: vec![[0, 1, 2], [0, 3, 1], [1, 1, 2]],
-            ..MeshData::default()
-        };
+        let mut data = MeshData::default().with(|d| {
+            d.positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            d.triangles = vec![[0, 1, 2], [0, 3, 1], [1, 1, 2]];
+        });
         assert_eq!(make_flat(&mut data).unwrap(), [0, 1, 2, 0, 3, 1, 1, 1, 2]);
         assert_eq!(data.triangles, [[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
         assert_eq!(data.positions[4], [0.0, 0.0, 1.0]);

@@ -57,11 +57,10 @@ pub(super) fn add(
         warnings.add(|| format!("{} is scaled to nothing and is left out", name()));
         return;
     };
-    let result = scene.add_light(Light {
-        color: color.map(|c| c.clamp(0.0, MAX_COLOR) as f32),
-        intensity: intensity.clamp(0.0, MAX_INTENSITY) as f32,
-        ..Light::new(kind)
-    });
+    let result = scene.add_light(Light::new(kind).with(|l| {
+        l.color = color.map(|c| c.clamp(0.0, MAX_COLOR) as f32);
+        l.intensity = intensity.clamp(0.0, MAX_INTENSITY) as f32;
+    }));
     if let Err(error) = result {
         warnings.add(|| format!("{} is left out: {error}", name()));
     }

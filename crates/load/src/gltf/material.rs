@@ -13,10 +13,8 @@ use overcoat_scene::{AlphaMode, Material, TextureId, TextureRef, Workflow, settl
 /// Material of primitives without one, in files that have materials: section 3.9.2 of the specification with its
 /// default factors, a rough white metal. A coat of KHR_materials_clearcoat does not darken the base.
 pub(super) fn default_material() -> Material {
-    let mut material = Material {
-        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None },
-        ..Material::default()
-    };
+    let mut material = Material::default()
+        .with(|m| m.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None });
     material.lobes.coat.darkening = 0.0;
     material
 }

@@ -457,8 +457,12 @@ mod tests {
     fn metal() -> Material {
         let workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.25, texture: None };
         let base_color = [0.1, 0.2, 0.3, 1.0];
-        let mut metal =
-            Material { workflow, base_color, coat: 0.5, coat_roughness: 0.1, ..Material::default() };
+        let mut metal = Material::default().with(|m| {
+            m.workflow = workflow;
+            m.base_color = base_color;
+            m.coat = 0.5;
+            m.coat_roughness = 0.1;
+        });
         metal.lobes.coat.darkening = 0.0;
         metal
     }
@@ -470,11 +474,11 @@ mod tests {
         dark.lobes.coat.darkening = 0.75;
         for (model, shows) in [(ShadingModel::Standard, true), (ShadingModel::Gltf, false)] {
             let (text, _) =
-                put(&file("[{}]"), &Material { model: Some(model), ..dark.clone() }, OwnTextures::Kept);
+                put(&file("[{}]"), &dark.clone().with(|m| m.model = Some(model)), OwnTextures::Kept);
             assert_eq!(text.contains("clearcoat_darkening"), shows, "{text}");
             assert_eq!(material(&text).lobes.coat.darkening, if shows { 0.75 } else { 0.0 });
         }
-        let (text, _) = put(&file("[{}]"), &Material { coat: 0.0, ..dark }, OwnTextures::Kept);
+        let (text, _) = put(&file("[{}]"), &dark.with(|m| m.coat = 0.0), OwnTextures::Kept);
         assert!(!text.contains("clearcoat_darkening"), "{text}");
     }
 
@@ -518,8 +522,10 @@ mod tests {
     #[test]
     fn each_workflow_takes_the_place_of_the_other() {
         let glossy = Workflow::SpecularGlossiness { specular: [0.2; 3], glossiness: 0.75, texture: None };
-        let shiny =
-            Material { workflow: glossy.clone(), base_color: [0.5, 0.5, 0.5, 1.0], ..Material::default() };
+        let shiny = Material::default().with(|m| {
+            m.workflow = glossy.clone();
+            m.base_color = [0.5, 0.5, 0.5, 1.0];
+        });
         let (text, _) = put(&file("[{}]"), &shiny, OwnTextures::Replaced);
         let read = material(&text);
         assert_eq!((read.workflow, read.base_color), (glossy, shiny.base_color));
@@ -527,7 +533,7 @@ mod tests {
         let (text, _) = put(&text, &metal(), OwnTextures::Replaced);
         let read = material(&text);
         assert_eq!((read.workflow, read.base_color), (metal().workflow, metal().base_color));
-        let (text, _) = put(&text, &Material { unlit: true, ..metal() }, OwnTextures::Replaced);
+        let (text, _) = put(&text, &metal().with(|m| m.unlit = true), OwnTextures::Replaced);
         assert!(material(&text).unlit && text.contains("\"KHR_materials_unlit\"]"), "{text}");
     }
 
@@ -556,7 +562,7 @@ mod tests {
 
     #[test]
     fn emission_has_a_strength_where_it_needs_one() {
-        let glows = |emissive| Material { emissive, ..metal() };
+        let glows = |emissive| metal().with(|m| m.emissive = emissive);
         let (text, _) = put(&file("[{}]"), &glows([0.5, 0.25, 0.0]), OwnTextures::Kept);
         assert!(text.contains("[0.5,0.25,0]") && !text.contains("emissiveStrength"));
         let (text, _) = put(&text, &glows([8.0, 4.0, 0.0]), OwnTextures::Kept);

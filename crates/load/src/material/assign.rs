@@ -86,7 +86,10 @@ impl Builder<'_> {
         let mut material = if self.file.is_over() {
             own.clone()
         } else {
-            Material { name: own.name.clone(), double_sided: own.double_sided, ..Material::default() }
+            Material::default().with(|m| {
+                m.name = own.name.clone();
+                m.double_sided = own.double_sided;
+            })
         };
         let file = self.file;
         for setting in &file.settings {

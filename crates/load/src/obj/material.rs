@@ -90,20 +90,19 @@ impl Source {
         // Not a number is none.
         let radiance = |c: f32| if c > 0.0 { EMISSIVE.range().clamp(f64::from(c)) } else { 0.0 };
         let emissive = mtl.emissive.unwrap_or([0.0; 3]).map(radiance);
-        let material = Material {
-            name: shown(&mtl.name),
-            alpha_mode: if alpha < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque },
-            workflow: Workflow::MetallicRoughness {
+        let material = material_of([r, g, b, alpha]).with(|m| {
+            m.name = shown(&mtl.name);
+            m.alpha_mode = if alpha < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque };
+            m.workflow = Workflow::MetallicRoughness {
                 metallic: number("Pm").map_or(0.0, saturate),
                 roughness: number("Pr").map_or_else(|| phong_roughness(mtl), saturate),
                 texture: None,
-            },
-            ior: mtl.optical_density.filter(|&n| n > 1.0 && n <= 3.0).unwrap_or(1.5),
-            emissive,
-            coat: number("Pc").map_or(0.0, saturate),
-            coat_roughness: number("Pcr").map_or(0.0, saturate),
-            ..material_of([r, g, b, alpha])
-        };
+            };
+            m.ior = mtl.optical_density.filter(|&n| n > 1.0 && n <= 3.0).unwrap_or(1.5);
+            m.emissive = emissive;
+            m.coat = number("Pc").map_or(0.0, saturate);
+            m.coat_roughness = number("Pcr").map_or(0.0, saturate);
+        });
         Self { material, maps }
     }
 

@@ -8,7 +8,7 @@ use super::assemble::colors;
 use super::parse::{Corner, Obj};
 use crate::mesh_formats::{add_object, check_mesh, drawable};
 use crate::{Context, LoadError};
-use overcoat_scene::{Material, MaterialId, MeshData, PrimitiveKind, Scene};
+use overcoat_scene::{MaterialId, MeshData, PrimitiveKind, Scene};
 use std::collections::BTreeMap;
 
 /// Points or line segments from corner `first` of [`Obj::stroke_corners`] on.
@@ -93,7 +93,7 @@ struct Builder<'a> {
 impl<'a> Builder<'a> {
     fn new(obj: &'a Obj, is_line: bool) -> Self {
         let kind = if is_line { PrimitiveKind::Lines } else { PrimitiveKind::Points };
-        Self { obj, data: MeshData { kind, ..MeshData::default() }, vertices: Vec::new() }
+        Self { obj, data: MeshData::default().with(|d| d.kind = kind), vertices: Vec::new() }
     }
 
     /// Adds a point or a segment, unless a position of it cannot be drawn.
@@ -140,5 +140,5 @@ impl<'a> Builder<'a> {
 /// A material as it looks without light.
 fn without_light(scene: &mut Scene, id: MaterialId) -> Result<MaterialId, LoadError> {
     let lit = scene.materials().get(id.index()).cloned().unwrap_or_default();
-    scene.add_material(Material { unlit: true, ..lit }).map_err(LoadError::scene("OBJ: material of lines"))
+    scene.add_material(lit.with(|m| m.unlit = true)).map_err(LoadError::scene("OBJ: material of lines"))
 }

@@ -11,7 +11,7 @@ use super::{FORMAT, settle_alpha};
 use crate::mesh_formats::{add_object, check_mesh, default_material, white_material};
 use crate::warnings::{Warnings, counted};
 use crate::{Context, LoadError};
-use overcoat_scene::{Material, MeshData, PrimitiveKind, Scene};
+use overcoat_scene::{MeshData, PrimitiveKind, Scene};
 
 /// Names of the elements.
 pub(super) const EDGES: [&str; 2] = ["edge", "edges"];
@@ -137,7 +137,7 @@ impl Edges {
         }
         let count = segments.len() as u64;
         check_mesh(context, (triangles.len() as u64).saturating_add(count), count.saturating_mul(2))?;
-        let mut data = MeshData { kind: PrimitiveKind::Lines, ..MeshData::default() };
+        let mut data = MeshData::default().with(|d| d.kind = PrimitiveKind::Lines);
         for (ends, color) in segments {
             let first = data.positions.len() as u32;
             for end in ends {
@@ -179,7 +179,7 @@ fn leave_out_sides<T>(segments: &mut Vec<([u32; 2], T)>, triangles: &[[u32; 3]])
 pub(super) fn add(scene: &mut Scene, mut lines: MeshData) -> Result<(), LoadError> {
     let mut material = if lines.colors.is_empty() { default_material() } else { white_material() };
     material.alpha_mode = settle_alpha(&mut lines.colors);
-    let material = Material { unlit: true, ..material };
+    let material = material.with(|m| m.unlit = true);
     let material = scene.add_material(material).map_err(LoadError::scene("PLY: material of edges"))?;
     add_object(scene, "PLY: edges", lines, material, 0)
 }

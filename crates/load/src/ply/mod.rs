@@ -293,37 +293,35 @@ fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<Mesh
     positions.iter_mut().filter(|position| !drawable(**position)).for_each(|position| *position = other);
     if !face_colors && faces.corner_uvs.is_empty() {
         let triangles = faces.triangles;
-        return Ok(MeshData {
-            positions,
-            normals,
-            uvs: [uvs, Vec::new()],
-            colors,
-            triangles,
-            ..MeshData::default()
-        });
+        return Ok(MeshData::default().with(|d| {
+            d.positions = positions;
+            d.normals = normals;
+            d.uvs = [uvs, Vec::new()];
+            d.colors = colors;
+            d.triangles = triangles;
+        }));
     }
     let count = faces.triangles.len() as u64;
     check_mesh(context, count, count.saturating_mul(3))?;
     let triangles = &faces.triangles;
-    Ok(MeshData {
-        positions: of_corners(&positions, triangles),
-        normals: of_corners(&normals, triangles),
-        uvs: [
+    Ok(MeshData::default().with(|d| {
+        d.positions = of_corners(&positions, triangles);
+        d.normals = of_corners(&normals, triangles);
+        d.uvs = [
             if faces.corner_uvs.is_empty() {
                 of_corners(&uvs, triangles)
             } else {
                 faces.corner_uvs.as_flattened().to_vec()
             },
             Vec::new(),
-        ],
-        colors: if face_colors {
+        ];
+        d.colors = if face_colors {
             faces.colors.iter().flat_map(|&c| [c; 3]).collect()
         } else {
             of_corners(&colors, triangles)
-        },
-        triangles: separate_triangles(triangles.len()),
-        ..MeshData::default()
-    })
+        };
+        d.triangles = separate_triangles(triangles.len());
+    }))
 }
 
 #[cfg(test)]

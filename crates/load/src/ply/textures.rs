@@ -77,7 +77,7 @@ pub(super) fn by_texture(
 
 /// Some triangles of a mesh with the vertices that they use.
 fn part(whole: &MeshData, triangles: Vec<[u32; 3]>, local: &mut Variants<()>) -> MeshData {
-    let mut out = MeshData { kind: whole.kind, ..MeshData::default() };
+    let mut out = MeshData::default().with(|d| d.kind = whole.kind);
     for mut triangle in triangles {
         for vertex in &mut triangle {
             let v = *vertex as usize;

@@ -217,7 +217,7 @@ impl<'a> Reader<'a> {
         let count = (self.solids.len() as u64).saturating_add(1);
         Limits::check(|| "STL: the number of solids".to_owned(), count, self.context.limits.nodes, "nodes")?;
         if u32::try_from(triangles).is_ok_and(|count| count <= u32::MAX / 4) {
-            let mut mesh = MeshData { triangles: vec![[0; 3]; triangles], ..MeshData::default() };
+            let mut mesh = MeshData::default().with(|d| d.triangles = vec![[0; 3]; triangles]);
             let numbers = mesh.triangles.as_flattened_mut();
             mesh.positions = weld(numbers, corners_from, self.seed, self.context.jobs);
             self.solids.push(Solid { name, mesh, colors });

@@ -193,7 +193,7 @@ impl Builder<'_> {
             Key::Filament(extruder) => filament(&self.settings, extruder),
             Key::Base { group, place } => self.base(model, group, place),
             Key::Painted { texture, finish } => {
-                let mut material = Material { name: "colours".to_owned(), ..material_of(WHITE) };
+                let mut material = material_of(WHITE).with(|m| m.name = "colours".to_owned());
                 if let Some(texture) = texture
                     && let Some(texture) = self.texture(model, texture)?
                 {
@@ -216,7 +216,7 @@ impl Builder<'_> {
         if let Some(Members::Bases(bases)) = of.and_then(|of| of.group(group)).map(|group| &group.members)
             && let Some(base) = bases.get(place as usize)
         {
-            material = Material { name: base.name.clone(), ..material_of(base.color) };
+            material = material_of(base.color).with(|m| m.name = base.name.clone());
         }
         if material.base_color[3] == 0.0 {
             material.base_color[3] = 1.0;
@@ -298,5 +298,5 @@ impl Builder<'_> {
 
 fn filament(settings: &Settings, extruder: u32) -> Material {
     let [r, g, b, _] = settings.filament(Some(extruder)).unwrap_or(WHITE);
-    Material { name: format!("filament {extruder}"), ..material_of([r, g, b, 1.0]) }
+    material_of([r, g, b, 1.0]).with(|m| m.name = format!("filament {extruder}"))
 }

@@ -100,12 +100,11 @@ mod tests {
     use super::*;
 
     fn mesh() -> MeshData {
-        MeshData {
-            positions: vec![[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]],
-            normals: vec![[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
-            triangles: vec![[0, 1, 2]],
-            ..MeshData::default()
-        }
+        MeshData::default().with(|d| {
+            d.positions = vec![[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+            d.normals = vec![[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
+            d.triangles = vec![[0, 1, 2]];
+        })
     }
 
     fn paint(code: &str) -> Option<Vec<([u32; 3], u32)>> {

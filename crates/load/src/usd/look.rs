@@ -66,7 +66,7 @@ impl<'m, 'c> Maker<'m, 'c> {
     pub(super) fn look(mut self, of: &Composed) -> Result<Option<Look>, LoadError> {
         let Some(shader) = self.stage.surface(of)? else { return Ok(None) };
         let shader = &*shader;
-        let mut material = Material { name: of.name().to_owned(), ..Material::default() };
+        let mut material = Material::default().with(|m| m.name = of.name().to_owned());
         // The clear coat of UsdPreviewSurface returns nothing to the base.
         material.lobes.coat.darkening = 0.0;
         self.base(shader, &mut material)?;

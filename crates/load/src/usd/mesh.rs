@@ -247,12 +247,11 @@ pub(super) fn unit(v: f32) -> f32 {
 
 /// The mesh of a shape, with the colour of its prim.
 pub(super) fn of_shape(prim: &Composed, shape: Shape, reads: &Reads) -> MeshData {
-    let mut data = MeshData {
-        positions: shape.points,
-        normals: shape.normals,
-        triangles: shape.triangles,
-        ..MeshData::default()
-    };
+    let mut data = MeshData::default().with(|d| {
+        d.positions = shape.points;
+        d.normals = shape.normals;
+        d.triangles = shape.triangles;
+    });
     let uvs: Vec<[f32; 2]> = shape.uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect();
     for (list, _) in data.uvs.iter_mut().zip(&reads.uvs).filter(|(_, name)| name.is_some()) {
         list.clone_from(&uvs);

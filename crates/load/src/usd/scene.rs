@@ -11,7 +11,7 @@ use crate::text::quoted;
 use crate::warnings::{Warnings, counted};
 use crate::{LoadError, TextureLoading};
 use overcoat_core::limits::Limits;
-use overcoat_scene::{AlphaMode, Material, MaterialId, Mesh, MeshData, MeshId, Scene, Transform};
+use overcoat_scene::{AlphaMode, MaterialId, Mesh, MeshData, MeshId, Scene, Transform};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -311,10 +311,10 @@ impl Builder<'_> {
         }
         let known = look.and_then(|path| self.looks.get(&path)?.as_ref());
         let material = match known {
-            Some(look) => Material { double_sided: is_double, ..look.material.clone() },
+            Some(look) => look.material.clone().with(|m| m.double_sided = is_double),
             None if has_colors => {
                 let alpha_mode = if is_translucent { AlphaMode::Blend } else { AlphaMode::Opaque };
-                Material { alpha_mode, ..white_material() }
+                white_material().with(|m| m.alpha_mode = alpha_mode)
             }
             None => default_material(),
         };

@@ -179,13 +179,13 @@ mod tests {
 
     /// Merges triangles with these normals and depths, and colours if any, one sample each.
     fn merged_colors(surfaces: &[([f32; 3], f32)], small: bool, colors: &[[f32; 4]]) -> Vec<(u32, u16)> {
-        let data = MeshData {
-            positions: surfaces.iter().flat_map(|_| [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).collect(),
-            normals: surfaces.iter().flat_map(|s| [s.0; 3]).collect(),
-            triangles: (0..surfaces.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
-            colors: colors.to_vec(),
-            ..MeshData::default()
-        };
+        let data = MeshData::default().with(|d| {
+            d.positions =
+                surfaces.iter().flat_map(|_| [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).collect();
+            d.normals = surfaces.iter().flat_map(|s| [s.0; 3]).collect();
+            d.triangles = (0..surfaces.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+            d.colors = colors.to_vec();
+        });
         let mesh = Mesh::new(data).expect("valid");
         let identity = Transform::IDENTITY.normal_matrix();
         let draws = [Draw {

@@ -306,11 +306,10 @@ mod tests {
             .map(|(x, y)| ScreenVertex { x, y, depth: 0.5 })
             .into_iter()
             .collect();
-        let data = MeshData {
-            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            triangles: vec![[0, 1, 2]],
-            ..MeshData::default()
-        };
+        let data = MeshData::default().with(|d| {
+            d.positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+            d.triangles = vec![[0, 1, 2]];
+        });
         let camera = Camera::new(
             [0.0, 0.0, 1.0],
             [0.0; 3],

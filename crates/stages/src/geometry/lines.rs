@@ -145,12 +145,11 @@ mod tests {
     use overcoat_scene::{Camera, Mesh, MeshData, PrimitiveKind, Projection, Transform};
 
     fn chunk_of(positions: Vec<[f32; 3]>, lines: Vec<[u32; 3]>) -> Chunk {
-        let mesh = Mesh::new(MeshData {
-            positions,
-            triangles: lines,
-            kind: PrimitiveKind::Lines,
-            ..MeshData::default()
-        })
+        let mesh = Mesh::new(MeshData::default().with(|d| {
+            d.positions = positions;
+            d.triangles = lines;
+            d.kind = PrimitiveKind::Lines;
+        }))
         .unwrap();
         let projection = Projection::Perspective { fov_y: 1.0 };
         let camera = Camera::new([0.0, 0.0, 10.0], [0.0; 3], [0.0, 1.0, 0.0], projection, 1.0);

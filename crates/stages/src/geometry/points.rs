@@ -192,12 +192,11 @@ mod tests {
     }
 
     fn seen(normal: [f32; 3], radius: f32, projection: Projection, size: Option<f32>) -> Option<Disc> {
-        let mesh = Mesh::new(MeshData {
-            positions: vec![[0.0; 3]],
-            normals: vec![normal],
-            kind: PrimitiveKind::Points,
-            ..MeshData::default()
-        })
+        let mesh = Mesh::new(MeshData::default().with(|d| {
+            d.positions = vec![[0.0; 3]];
+            d.normals = vec![normal];
+            d.kind = PrimitiveKind::Points;
+        }))
         .unwrap();
         mesh.set_surfels(Surfels { radii: vec![radius], normals: Vec::new(), least_radius: 0.0 });
         let view = View::new(&camera(projection), 200, 200).unwrap();

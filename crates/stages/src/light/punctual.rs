@@ -157,8 +157,11 @@ mod tests {
     use overcoat_core::math::lanes::{LANES, Scalar, SimdLevel};
 
     fn light(kind: LightKind) -> PunctualLight {
-        PunctualLight::new(&Light { color: [1.0, 0.5, 0.0], intensity: 8.0, ..Light::new(kind) })
-            .expect("a punctual light")
+        PunctualLight::new(&Light::new(kind).with(|l| {
+            l.color = [1.0, 0.5, 0.0];
+            l.intensity = 8.0;
+        }))
+        .expect("a punctual light")
     }
 
     fn at(light: &PunctualLight, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {

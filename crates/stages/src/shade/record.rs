@@ -196,10 +196,9 @@ mod tests {
     fn the_specular_workflow_keeps_its_f0() {
         let mut planes = SurfacePlanes::default();
         planes.rows[layout::SPECULAR_COLOR.first] = [0.25; LANES];
-        let material = Material {
-            workflow: Workflow::SpecularGlossiness { specular: [1.0; 3], glossiness: 0.5, texture: None },
-            ..Material::default()
-        };
+        let material = Material::default().with(|m| {
+            m.workflow = Workflow::SpecularGlossiness { specular: [1.0; 3], glossiness: 0.5, texture: None }
+        });
         let Reflectance::Specular { f0 } = Surface::load(Scalar, &material, false, &planes).reflectance
         else {
             panic!("not the specular workflow")

@@ -64,7 +64,7 @@ impl Engines {
         }
         let map = self.maps.iter().find(|(sky, _)| *sky == scene.sky);
         let source = map.map_or(EnvironmentSource::None, |(_, map)| map.clone());
-        built.set_environment(Environment { source, ..Environment::default() })?;
+        built.set_environment(Environment::default().with(|e| e.source = source))?;
         let camera = Camera::look_at([0.0, 0.0, DISTANCE as f32], [0.0; 3], [0.0, 1.0, 0.0])?;
         let camera = camera.perspective((FOV_DEGREES as f32).to_radians())?;
         // A ball alone has no occluders.

@@ -10,7 +10,7 @@ use super::Goal;
 use super::positions::places;
 use overcoat_core::math::double;
 use overcoat_scene::parameters::{Kind, PARAMETERS, slots};
-use overcoat_scene::{Flakes, Iridescence, Lobes, Material, Workflow};
+use overcoat_scene::{Flakes, Iridescence, Material, Workflow};
 
 /// Scale of the coordinates of textures at which a pixel shows the whole of each.
 const FAR: f32 = 1e4;
@@ -71,7 +71,7 @@ fn has_workflow_texture(material: &Material) -> bool {
 
 /// The base without coat, whose colour under white light is that of what takes its place.
 pub(super) fn bare(material: &Material) -> Material {
-    Material { coat: 0.0, ..seen_at(material, Spot::Mean) }
+    seen_at(material, Spot::Mean).with(|m| m.coat = 0.0)
 }
 
 /// Replaces what the goal has no place for by numbers that it has: where descents start, and what they are held near to.
@@ -107,12 +107,11 @@ pub(super) fn replaced(material: &Material, goal: &Goal<'_>, albedo: Option<[f64
         };
         if flakes.film_thickness > 0.0 && goal.knows("iridescence") {
             // A film in air has the phase of one in paint: both bend light by the same law from the air above.
-            plain.lobes.iridescence = Iridescence {
-                mask: share.into(),
-                ior: flakes.film_ior,
-                thickness: [flakes.film_thickness; 2],
-                ..plain.lobes.iridescence
-            };
+            plain.lobes.iridescence = plain.lobes.iridescence.with(|i| {
+                i.mask = share.into();
+                i.ior = flakes.film_ior;
+                i.thickness = [flakes.film_thickness; 2];
+            });
         }
     }
     let mut plain = without_unread(&plain, goal);
@@ -196,10 +195,9 @@ pub(super) fn starts(material: &Material, same: &Material, goal: &Goal<'_>) -> V
         starts.push(filmed.clone());
         filmed.lobes.iridescence.mask = 0.5.into();
         starts.push(filmed);
-        starts.push(Material {
-            lobes: Lobes { iridescence: Iridescence::default(), ..same.lobes },
-            ..same.clone()
-        });
+        starts.push(
+            same.clone().with(|m| m.lobes = same.lobes.with(|l| l.iridescence = Iridescence::default())),
+        );
     }
     starts
 }

@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn positions_read_what_they_wrote() {
-        let material = Material { coat: 1.0, ..Material::default() };
+        let material = Material::default().with(|m| m.coat = 1.0);
         let all = places(&material, &Goal::of_a_file(ShadingModel::StackLit));
         assert!(all.len() >= 8, "{}", all.len());
         for place in all {

@@ -243,8 +243,8 @@ mod tests {
     #[test]
     fn points_are_spread_by_power() {
         let mut emitters = emitters(2);
-        let dim = Material { emissive: [1.0, 0.5, 0.0], ..Material::default() };
-        let bright = Material { emissive: [3.0, 3.0, 3.0], ..Material::default() };
+        let dim = Material::default().with(|m| m.emissive = [1.0, 0.5, 0.0]);
+        let bright = Material::default().with(|m| m.emissive = [3.0, 3.0, 3.0]);
         let at = |x: f32| TRIANGLE.map(|[u, v, w]| [u + x, v, w]);
         assert!(emitters.add(&at(0.0), 0, &dim) && emitters.add(&at(5.0), 1, &bright));
         // Without a side nothing shines.
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn too_many_are_none_and_large_ones_are_left_out() {
-        let bright = Material { emissive: [1.0; 3], ..Material::default() };
+        let bright = Material::default().with(|m| m.emissive = [1.0; 3]);
         let mut all = emitters(1);
         assert!((0..MOST).all(|_| all.add(&TRIANGLE, 0, &bright)));
         assert!(all.has(0) && !all.add(&TRIANGLE, 0, &bright) && all.is_empty() && !all.has(0));
@@ -283,7 +283,7 @@ mod tests {
 
     #[test]
     fn diffuse_rays_leave_the_light_of_lamps_alone() {
-        let lamp = Material { emissive: [100.0, 2.0, 0.0], ..Material::default() };
+        let lamp = Material::default().with(|m| m.emissive = [100.0, 2.0, 0.0]);
         assert_eq!(Emitters::without_own([101.0, 2.5, 0.25], &lamp, true), [1.0, 0.5, 0.25]);
         assert_eq!(Emitters::without_own([101.0, 2.5, 0.25], &lamp, false), [5.0, 2.5, 0.25]);
     }

@@ -27,18 +27,17 @@ fn plane_of(material: Material) -> Scene {
 }
 
 fn mask(alpha: f32) -> Material {
-    Material {
-        base_color: [1.0, 1.0, 1.0, alpha],
-        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-        ..Material::default()
-    }
+    Material::default().with(|m| {
+        m.base_color = [1.0, 1.0, 1.0, alpha];
+        m.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+    })
 }
 
 #[test]
 fn opaque_surfaces_block_and_others_do_not() {
     let mut glass = Material::default();
     glass.lobes.transmission.factor.factor = 0.5;
-    let blend = Material { alpha_mode: AlphaMode::Blend, ..Material::default() };
+    let blend = Material::default().with(|m| m.alpha_mode = AlphaMode::Blend);
     for (material, expected) in
         [(Material::default(), 2), (mask(0.6), 2), (mask(0.4), 0), (glass, 0), (blend, 0)]
     {
@@ -69,7 +68,10 @@ fn instances_block_where_they_are() {
     }
     // Vertices that nothing uses do not make maps larger.
     let mut data = MeshData::clone(primitives::plane([2.0, 2.0]).unwrap().data());
-    data = MeshData { positions: data.positions, triangles: data.triangles, ..MeshData::default() };
+    data = MeshData::default().with(|d| {
+        d.positions = data.positions;
+        d.triangles = data.triangles;
+    });
     data.positions.push([1e6; 3]);
     let mut scene = Scene::new();
     add(&mut scene, Mesh::new(data).unwrap(), Material::default(), Transform::IDENTITY);
@@ -89,7 +91,7 @@ fn masked_surfaces_block_where_their_texture_says() {
     let mut transform = UvTransform::IDENTITY;
     transform.rows[0][2] = 0.5;
     let material =
-        Material { base_color_texture: Some(TextureRef { texture, uv_set: 0, transform }), ..mask(1.0) };
+        mask(1.0).with(|m| m.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform }));
     add(&mut scene, primitives::plane([2.0, 2.0]).unwrap(), material, Transform::IDENTITY);
     let found = of(&scene);
     assert_eq!((found.one_sided.len(), found.masked.len(), found.cutouts.len()), (0, 2, 1));
@@ -142,8 +144,8 @@ fn one_sided_surfaces_block_what_falls_on_their_front() {
     colored.colors = vec![[1.0; 4]; colored.positions.len()];
     let looks = [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
     for double_sided in [false, true] {
-        let solid = Material { double_sided, ..Material::default() };
-        let holes = Material { double_sided, ..mask(1.0) };
+        let solid = Material::default().with(|m| m.double_sided = double_sided);
+        let holes = mask(1.0).with(|m| m.double_sided = double_sided);
         for transform in [Transform::IDENTITY, mirrored] {
             let mut scene = Scene::new();
             add(&mut scene, Mesh::new(colored.clone()).unwrap(), holes.clone(), transform);

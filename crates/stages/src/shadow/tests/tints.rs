@@ -35,7 +35,10 @@ fn at(y: f64) -> Transform {
 /// Glass that reflects nothing: F0 of an index of 1 is 0.
 fn clear_glass(color: [f32; 3]) -> Material {
     let [r, g, b] = color;
-    let mut material = Material { base_color: [r, g, b, 1.0], ior: 1.0, ..Material::default() };
+    let mut material = Material::default().with(|m| {
+        m.base_color = [r, g, b, 1.0];
+        m.ior = 1.0;
+    });
     material.lobes.transmission.factor.factor = 1.0;
     material
 }
@@ -50,7 +53,10 @@ fn volume() -> Material {
 }
 
 fn blend(alpha: f32) -> Material {
-    Material { base_color: [0.2, 0.5, 1.0, alpha], alpha_mode: AlphaMode::Blend, ..Material::default() }
+    Material::default().with(|m| {
+        m.base_color = [0.2, 0.5, 1.0, alpha];
+        m.alpha_mode = AlphaMode::Blend;
+    })
 }
 
 fn tinted(scene: &Scene) -> Tinted {
@@ -82,7 +88,7 @@ fn thin_glass_has_its_colour_and_blended_surfaces_their_alpha() {
         (clear_glass([0.25, 0.5, 1.0]), [0.25, 0.5, 1.0]),
         (blend(0.25), [0.75; 3]),
         (blend(1.0), [0.0; 3]),
-        (Material { base_color: [1.0, 1.0, 1.0, 0.25], ..clear_glass([1.0; 3]) }, [1.0; 3]),
+        (clear_glass([1.0; 3]).with(|m| m.base_color = [1.0, 1.0, 1.0, 0.25]), [1.0; 3]),
     ] {
         let maps = maps(&scene_of([(plane(), material, at(0.0))]), &[UP]);
         assert_near(transmittance(&maps, [0.3, -1.0, 0.2]), expected, 1e-4);
@@ -150,7 +156,7 @@ fn textures_and_vertex_colours_tint() {
     let texture = scene.add_texture(texture).unwrap();
     let read = TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY };
     let mesh = scene.add_mesh(plane()).unwrap();
-    let material = Material { base_color_texture: Some(read), ..blend(0.5) };
+    let material = blend(0.5).with(|m| m.base_color_texture = Some(read));
     let material = scene.add_material(material).unwrap();
     scene.add_instance(Instance::new(mesh, material, at(0.0))).unwrap();
     let found = maps(&scene, &[UP]);
