@@ -24,7 +24,7 @@ fn every_chapter_is_in_the_list() {
 fn lines_are_short() {
     for page in chapters() {
         for (number, line) in (1..).zip(page.text.lines()) {
-            let cannot_be_broken = line.starts_with('|') || line.starts_with("![");
+            let cannot_be_broken = line.starts_with('|') || line.starts_with("![") || line.starts_with("{\"");
             let columns = line.chars().count();
             assert!(cannot_be_broken || columns < COLUMNS, "{}:{number}: {columns} columns", page.path);
         }

@@ -12,7 +12,13 @@ fn chapters() -> String {
     let calls = |line: &&str| line.starts_with("overcoat batch") || line.starts_with("overcoat serve");
     let lines: Vec<&str> = readme.lines().filter(calls).collect();
     assert_eq!(lines.len(), 2, "{lines:?}");
-    [read("docs/src/many-files.md"), read("docs/src/service.md"), lines.join("\n")].join("\n")
+    [
+        read("docs/src/many-files.md"),
+        read("docs/src/service.md"),
+        read("docs/src/agents.md"),
+        lines.join("\n"),
+    ]
+    .join("\n")
 }
 
 /// All that look like options.
@@ -29,9 +35,9 @@ fn help(command: &str) -> String {
 
 #[test]
 fn options_of_the_manual_exist() {
-    let mut known = options(&(help("batch") + &help("serve")));
+    let mut known = options(&(help("batch") + &help("serve") + &help("mcp")));
     // Of cargo, curl and of the other program.
-    known.extend(["--locked", "--path", "--data-binary"].map(str::to_owned));
+    known.extend(["--locked", "--path", "--data-binary", "--release", "--unix-socket"].map(str::to_owned));
     let mentioned = options(&chapters());
     assert!(mentioned.len() > 8, "{mentioned:?}");
     for option in mentioned {
