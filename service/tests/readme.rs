@@ -37,7 +37,9 @@ fn help(command: &str) -> String {
 fn options_of_the_manual_exist() {
     let mut known = options(&(help("batch") + &help("serve") + &help("mcp")));
     // Of cargo, curl and of the other program.
-    known.extend(["--locked", "--path", "--data-binary", "--now", "--release", "--unix-socket"].map(str::to_owned));
+    known.extend(
+        ["--locked", "--path", "--data-binary", "--now", "--release", "--unix-socket"].map(str::to_owned),
+    );
     let mentioned = options(&chapters());
     assert!(mentioned.len() > 8, "{mentioned:?}");
     for option in mentioned {
