@@ -14,8 +14,8 @@ use std::sync::atomic::Ordering::Relaxed;
 /// Nothing but the page's own style.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-const STYLE: &str = "body{font:14px sans-serif;margin:2em}table{border-collapse:collapse}\
-td,th{border:1px solid #999;padding:.2em .5em;text-align:left;vertical-align:top;overflow-wrap:anywhere}";
+const STYLE: &str = ":root{color-scheme:light dark}body{font:14px sans-serif;margin:2em}table{border-collapse:collapse}\
+td,th{border:1px solid #999;padding:.2em .5em;text-align:left;vertical-align:top}th{white-space:nowrap}td{overflow-wrap:anywhere}";
 
 /// Columns of both tables: titles, and keys of lines.
 const COLUMNS: [(&str, &str); 13] = [
@@ -63,7 +63,7 @@ pub async fn json(State(app): State<Arc<App>>) -> Response {
 /// `GET /status`
 pub async fn page(State(app): State<Arc<App>>) -> Response {
     let mut page =
-        format!("<!doctype html><meta charset=utf-8><title>overcoat</title><style>{STYLE}</style><table>");
+        format!("<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\"><title>overcoat</title><style>{STYLE}</style><table>");
     if let Value::Object(state) = state(&app) {
         for (name, value) in state {
             // Writing to a string cannot fail.
