@@ -62,8 +62,9 @@ pub async fn json(State(app): State<Arc<App>>) -> Response {
 
 /// `GET /status`
 pub async fn page(State(app): State<Arc<App>>) -> Response {
-    let mut page =
-        format!("<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\"><title>overcoat</title><style>{STYLE}</style><table>");
+    let mut page = format!(
+        "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\"><title>overcoat</title><style>{STYLE}</style><table>"
+    );
     if let Value::Object(state) = state(&app) {
         for (name, value) in state {
             // Writing to a string cannot fail.
