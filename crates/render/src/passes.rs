@@ -42,6 +42,32 @@ impl PassMemory {
         feedback_tiles(pool, &pass, &mut self.tiles, request.options.simd);
     }
 
+    /// Counts the work of all tiles of a frame on top of `work`, until a limit stops it. Nothing is shaded.
+    pub(super) fn count<'w>(
+        &mut self,
+        pool: &mut TimedPool<'_>,
+        frame: &FrameContext<'_>,
+        work: Work<'w>,
+        request: &Request<'_>,
+    ) -> Work<'w> {
+        if let Some(ground) = &frame.ground {
+            work.spend(Spent::Shading, ground.units);
+        }
+        for &kind in PassKind::of(frame.states) {
+            let pass = Pass {
+                frame,
+                kind,
+                purpose: Purpose::Count,
+                effects: Effects::default(),
+                work: &work,
+                traced_tiles: None,
+            };
+            feedback_tiles(pool, &pass, &mut self.tiles, request.options.simd);
+        }
+        self.tiles.counted = work.sum(Spent::Fragments);
+        work
+    }
+
     /// Draws all tiles of a frame: in one pass, or in one for each [`PassKind`] that it takes.
     pub(super) fn draw(
         &mut self,
@@ -119,8 +145,7 @@ pub(super) fn check_limits(frame: &FrameContext<'_>, request: &Request<'_>) -> R
 pub(super) fn work_of<'a>(frame: &FrameContext<'_>, request: &Request<'a>) -> Work<'a> {
     let &Request { options, cancellation, .. } = request;
     let pixels = frame.grid.pixel_count() as u64;
-    let counts = [options.shading_groups(), options.visibility.rays];
-    let work = Work::new(&options.limits, pixels, counts).stopped_by(cancellation);
+    let work = Work::new(&options.limits, pixels, options.shading_groups()).stopped_by(cancellation);
     if let Some(ground) = &frame.ground {
         work.spend(Spent::Shading, ground.units);
     }

@@ -1,6 +1,6 @@
 //! One picture: what is asked for, what is kept for the next, and attempts until one of them succeeds.
 
-use super::attempt::{Attempt, Stop};
+use super::attempt::{Attempt, Less, Stop};
 use super::environment::{EnvironmentCache, foreseen};
 use super::passes::PassMemory;
 use super::pick::LastPicture;
@@ -109,7 +109,7 @@ impl Memory {
                 Err(Stop::Error(error)) => return Err(error),
                 Err(Stop::LostTextures(rest)) => without_lost = Some(*rest),
                 Err(Stop::MoreLight) => {}
-                Err(Stop::Light(limit)) => match options.with_less_light() {
+                Err(Stop::Light(what, limit)) => match options_with(&options, what) {
                     Some(less) => {
                         options = Cow::Owned(less);
                         passed = passed.or(Some(limit));
@@ -217,6 +217,15 @@ impl Drawn {
             drawn.clipping = drawn.image.clipping(&drawn.frame);
         }
         drawn
+    }
+}
+
+/// The options with less light; `None` if there is nothing to leave out.
+fn options_with(options: &RenderOptions, less: Less) -> Option<RenderOptions> {
+    match less {
+        Less::Maps => options.with_less_maps(),
+        Less::Rays(rays) => Some(options.clone().with_visibility(options.visibility.with_rays(rays))),
+        Less::Any => options.with_less_light(),
     }
 }
 

@@ -24,6 +24,8 @@ pub(super) struct TileMemory {
     costs: Vec<TileCost>,
     /// Findings of the rays of some of the tiles.
     traced: TracedRows,
+    /// Fragments of the frame, as far as they are counted before they are drawn.
+    pub counted: u64,
 }
 
 /// Results of the tiles beside the picture.
@@ -91,7 +93,8 @@ pub(super) fn render_tiles(
             ..TileJob::default()
         }
     }));
-    let at_once = if pass.effects.traced.is_some() { memory.traced.start(grid) } else { grid.rows() };
+    let at_once =
+        if pass.effects.traced.is_some() { memory.traced.start(grid, memory.counted) } else { grid.rows() };
     for first in (0..grid.rows()).step_by(at_once.max(1) as usize) {
         let end = grid.rows().min(first + at_once);
         let mut pass = *pass;
@@ -135,7 +138,7 @@ pub(super) fn render_tiles(
     found
 }
 
-/// The feedback pass over all tiles: asks for the textures that their fragments read.
+/// A pass over all tiles that draws nothing: their fragments ask for the textures that they read, or are counted.
 pub(super) fn feedback_tiles(
     pool: &mut TimedPool<'_>,
     pass: &Pass<'_>,

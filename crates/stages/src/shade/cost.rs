@@ -55,6 +55,8 @@ const MASK: u64 = 7;
 pub struct ShadingCost {
     /// Each, in the light of the environment and of all rectangles and tubes.
     pub fragment: u64,
+    /// Light of other surfaces, found by rays once for all parts of an opaque fragment.
+    pub receiving: u64,
     /// Each once more for every light without extent that reaches it.
     pub light: u64,
     /// A fragment that is blended, beside the rest.
@@ -74,7 +76,7 @@ impl ShadingCost {
         let mask = if masked { MASK + alpha_texture } else { 0 };
         let textures = texture * material.textures().count() as u64;
         if material.unlit {
-            return Self { fragment: UNLIT + textures, light: 0, blending: BLENDING, mask };
+            return Self { fragment: UNLIT + textures, receiving: 0, light: 0, blending: BLENDING, mask };
         }
         let model = material.shading(context.model);
         let [plain, layers, light, light_on_layers] = models::cost(model);
@@ -100,18 +102,14 @@ impl ShadingCost {
             + through
             + parts
             + MAP * u64::from(context.maps);
-        // Diffuse, base, coat. What is hit is taken to be like this. The parts of a fragment that is split are counted as if each
-        // sent rays of its own: which of them do is known only later.
+        let light = surfaces * if layered { light_on_layers } else { light } + light_through + shadow;
+        // Diffuse, base, coat. What is hit is taken to be like this, and to be reached by all lights.
         let lobes = if material.coat > 0.0 { 3 } else { 2 };
         let rays = if context.maps > 0 { lobes * u64::from(context.lobe_rays) } else { 0 };
         // The surface is found once more for its rays.
         let to_lamps = RAY * u64::from(context.emitter_rays);
-        let receiving = if rays > 0 { fragment + POOL + rays * (RAY + fragment) + to_lamps } else { 0 };
-        Self {
-            fragment: fragment + receiving,
-            light: surfaces * if layered { light_on_layers } else { light } + light_through + shadow,
-            blending: BLENDING,
-            mask,
-        }
+        let hit = fragment + light * context.lights.len() as u64;
+        let receiving = if rays > 0 { fragment + POOL + rays * (RAY + hit) + to_lamps } else { 0 };
+        Self { fragment, receiving, light, blending: BLENDING, mask }
     }
 }
