@@ -27,6 +27,9 @@ use overcoat_tiles::timed_pool::TimedPool;
 use overcoat_tiles::trace::{self, StageHashes};
 use overcoat_tiles::work::{SHADING, Spent, Work};
 
+/// Units of shading (about a nanosecond) for sixteen triangles or texels of a depth map, if it is as large as that of the best tier.
+const UNITS_OF_MAPS: u64 = 100;
+
 /// State that the stages of an attempt share.
 pub(super) struct Attempt<'a> {
     pub request: &'a Request<'a>,
@@ -131,11 +134,12 @@ impl<'a> Attempt<'a> {
 
         // Draw the tiles.
         let emitter_rays = passes.effects.emitter_rays();
+        let maps = passes.effects.occlusion().work().saturating_add(prepared.lights.work());
         let frame = prepared.frame(self, &listed, draws, &environment, emitter_rays);
         if needs_feedback {
             self.decode_by_feedback(&frame, passes, textures)?;
         }
-        self.fit_rays(&frame, passes)?;
+        self.fit_rays(&frame, passes, maps)?;
         let tiles = self.draw_tiles(&frame, &filtered, passes, textures, target)?;
         *work_done = tiles.work.done();
 
@@ -148,20 +152,27 @@ impl<'a> Attempt<'a> {
         Ok(drawn)
     }
 
-    /// `Ok` if the rays of the frame are within the limit of shading, which is counted before any are sent: else the picture
-    /// is drawn with fewer, and none are sent in vain.
-    fn fit_rays(&mut self, frame: &FrameContext<'_>, passes: &mut PassMemory) -> Result<(), Stop> {
-        let rays = self.request.options.visibility.rays;
-        if passes.effects.occlusion().traced().is_none() {
+    /// `Ok` if the rays of the frame are within the limit of shading with all other work, as those of a few pixels tell: else
+    /// the picture is drawn with fewer, and none are sent in vain.
+    fn fit_rays(&mut self, frame: &FrameContext<'_>, passes: &mut PassMemory, maps: u64) -> Result<(), Stop> {
+        let Request { options, rays_fit, .. } = self.request;
+        let rays = options.visibility.rays;
+        if *rays_fit || passes.effects.occlusion().traced().is_none() {
             return Ok(());
         }
         let work = work_of(frame, self.request);
-        let counted = passes.count(&mut self.pool, frame, work.counting(), self.request);
+        let counted = work.times(1);
+        passes.count(&mut self.pool, frame, &counted, self.request);
+        let sent = work.times(rays);
+        if !counted.is_stopped() {
+            passes.probe(&mut self.pool, frame, &sent, self.request);
+        }
         self.request.go_on()?;
-        match work.fewer_rays(&counted, rays) {
-            // Passing another limit ends the picture, which the tiles find out in their way.
+        // Passing a limit without rays ends the picture, which the tiles find out in their way.
+        let base = counted.sum(Spent::Shading).saturating_add(maps.saturating_mul(UNITS_OF_MAPS));
+        match work.fewer_rays(base, &sent, rays) {
             Some(fewer) if !counted.is_stopped() => {
-                let limit = LimitExceeded::beyond(SHADING, self.request.options.limits.shading, "shading");
+                let limit = LimitExceeded::beyond(SHADING, options.limits.shading, "shading");
                 Err(Stop::Light(Less::Rays(fewer), limit))
             }
             _ => Ok(()),

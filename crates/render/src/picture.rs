@@ -44,6 +44,8 @@ pub(super) struct Request<'a> {
     pub display: Option<&'a DisplayOptions>,
     /// Handle by which the caller may stop it.
     pub cancellation: Option<&'a Cancellation>,
+    /// The number of rays was chosen to be within limits.
+    pub rays_fit: bool,
 }
 
 /// One picture, as a frame or for a screen: the planes of what is not wanted are empty.
@@ -96,9 +98,10 @@ impl Memory {
         let mut without_lost = None;
         let mut options = Cow::Borrowed(request.options);
         let mut passed = None;
+        let mut rays_fit = false;
         loop {
             let scene = without_lost.as_ref().unwrap_or(request.scene);
-            let request = Request { scene, options: &options, ..*request };
+            let request = Request { scene, options: &options, rays_fit, ..*request };
             let target = target.as_mut().map(|(target, region)| (&mut **target, *region));
             match self.attempt(&request, target) {
                 Ok(mut drawn) => {
@@ -111,6 +114,7 @@ impl Memory {
                 Err(Stop::MoreLight) => {}
                 Err(Stop::Light(what, limit)) => match options_with(&options, what) {
                     Some(less) => {
+                        rays_fit |= matches!(what, Less::Rays(_));
                         options = Cow::Owned(less);
                         passed = passed.or(Some(limit));
                     }

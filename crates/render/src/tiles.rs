@@ -6,6 +6,7 @@ use overcoat_core::jobs::Scratch;
 use overcoat_core::math::lanes::SimdLevel;
 use overcoat_stages::tile::TileGrid;
 use overcoat_tiles::aov::TileAovs;
+use overcoat_tiles::light_pool::TracedTile;
 use overcoat_tiles::pass::{Pass, Tile};
 use overcoat_tiles::strips::{Blank, Planes, Strips, TileRows};
 use overcoat_tiles::tile_pass::{TileCost, TileJob, TileScratch};
@@ -138,7 +139,7 @@ pub(super) fn render_tiles(
     found
 }
 
-/// A pass over all tiles that draws nothing: their fragments ask for the textures that they read, or are counted.
+/// A pass over all tiles that draws nothing: their fragments ask for the textures that they read, are counted, or send a few rays.
 pub(super) fn feedback_tiles(
     pool: &mut TimedPool<'_>,
     pass: &Pass<'_>,
@@ -151,6 +152,8 @@ pub(super) fn feedback_tiles(
         if pass.draws(tile) {
             let (tile, rows) = (&pass.tile(tile), &mut TileRows::default());
             render_tile(simd, pass, tile, scratch, rows, job);
+            // Nobody reads what rays have found.
+            job.traced = TracedTile::default();
         }
     });
     tiles.clear();

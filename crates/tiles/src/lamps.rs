@@ -128,6 +128,11 @@ impl LightMemory {
         self.shadows_of_ground().filter(|_| self.shadows.is_on)
     }
 
+    /// Sixteens of triangles and texels that drawing the maps has looked at.
+    pub fn work(&self) -> u64 {
+        self.shadows.maps.work()
+    }
+
     /// Number of lights whose shadows are left out to stay within a limit.
     pub fn without_shadow(&self) -> usize {
         if self.shadows_of_ground().is_some() { self.shadows.left_out } else { 0 }

@@ -164,6 +164,11 @@ impl OcclusionMemory {
         asked_for(options).is_on().then_some((&self.blockers, &self.tinted, self.moved))
     }
 
+    /// Sixteens of triangles and texels that drawing the maps has looked at.
+    pub fn work(&self) -> u64 {
+        self.maps.work()
+    }
+
     /// Scene that rays are traced in; `None` without rays.
     pub fn traced(&self) -> Option<TracedLight<'_>> {
         let occlusion = self.maps()?;

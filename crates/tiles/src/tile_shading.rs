@@ -144,7 +144,7 @@ pub fn shade_fragments<L: Lanes>(
 
     // List the fragments in their order of shading, and count what that takes before it is done.
     find_order(frame, input, order, job.aovs.is_wanted());
-    let units = opaque_shading(frame, input, order);
+    let units = if pass.probes() { 0 } else { opaque_shading(frame, input, order) };
     job.cost.shading += units;
     if !pass.work.spend(Spent::Shading, units) {
         return false;

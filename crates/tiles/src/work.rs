@@ -85,18 +85,23 @@ impl<'a> Work<'a> {
         !self.is_stopped()
     }
 
-    /// Nothing done yet of the same picture, with shading that is counted and not limited.
-    pub fn counting(&self) -> Self {
+    /// Nothing done yet of the same picture, whose shading may take so many times what is allowed.
+    pub fn times(&self, shading: u32) -> Self {
         let mut most = self.most;
-        most[Spent::Shading as usize] = u64::MAX;
+        most[Spent::Shading as usize] = self.most(Spent::Shading).saturating_mul(u64::from(shading));
         Self { most, ..self.anew(false) }
     }
 
-    /// Rays of a lobe for which the shading that was [counted](Self::counting) with `rays` would be within the limit, if that
-    /// was not: shading grows no faster than their number.
-    pub fn fewer_rays(&self, counted: &Self, rays: u32) -> Option<u32> {
-        let [sum, most] = [counted.sum(Spent::Shading), self.most(Spent::Shading)].map(u128::from);
-        (sum > most && rays > 0).then(|| (u128::from(rays) * most / sum) as u32)
+    /// Rays of a lobe for which a picture is within the limit of shading, where all other work takes `base` and the given number
+    /// of rays took `sent`, of as many [times](Self::times) the limit; `None` if those are not too many.
+    pub fn fewer_rays(&self, base: u64, sent: &Self, rays: u32) -> Option<u32> {
+        let most = self.most(Spent::Shading);
+        // How far it got beyond depends on timing; that not even one ray fits does not.
+        if sent.is_stopped() {
+            return Some(0);
+        }
+        let (sum, rest) = (sent.sum(Spent::Shading), most.saturating_sub(base));
+        (sum > rest).then(|| (u128::from(rays) * u128::from(rest) / u128::from(sum)) as u32)
     }
 
     /// Stops all work.
@@ -190,23 +195,26 @@ mod tests {
         }
     }
 
-    /// As many rays as fit: all of them up to the limit, then fewer in proportion.
+    /// As many rays as fit beside other work: all of them up to the limit, then fewer in proportion.
     #[test]
     fn rays_are_fewer_where_shading_passes_its_limit() {
         let work = Work::new(&Limits::default().with_shading(1), 1, 1);
         let most = 1 << 18;
-        for (sum, expected) in [
-            (most, None),
-            (most + 1, Some(15)),
-            (2 * most, Some(8)),
-            (17 * most, Some(0)),
-            (u64::MAX, Some(0)),
+        for (base, sum, expected) in [
+            (0, most, None),
+            (most / 2, most / 2, None),
+            (0, most + 1, Some(15)),
+            (0, 2 * most, Some(8)),
+            (most / 2, 2 * most, Some(4)),
+            (most, 1, Some(0)),
+            (0, 16 * most, Some(1)),
+            (0, 16 * most + 1, Some(0)),
+            (0, u64::MAX, Some(0)),
         ] {
-            let counted = work.counting();
-            assert!(counted.spend(Spent::Shading, sum), "what is counted has no limit");
-            assert_eq!(work.fewer_rays(&counted, 16), expected, "{sum}");
+            let sent = work.times(16);
+            sent.spend(Spent::Shading, sum);
+            assert_eq!(work.fewer_rays(base, &sent, 16), expected, "{base} {sum}");
         }
-        assert!(!work.counting().spend(Spent::Fragments, u64::MAX), "other work has");
-        assert_eq!(work.fewer_rays(&work, 0), None);
+        assert!(!work.times(16).spend(Spent::Fragments, u64::MAX), "other work keeps its limit");
     }
 }

@@ -40,6 +40,8 @@ pub struct DepthMaps {
     texel: f32,
     /// Length of a step of depth.
     step: f32,
+    /// Sixteens of triangles and texels that drawing them has looked at.
+    work: u64,
 }
 
 /// Depths that surfaces have, in steps; 0 is nothing.
@@ -168,7 +170,7 @@ impl DepthMaps {
     ///
     /// # Errors
     /// [`LimitExceeded`] if the maps and what they are drawn of take more than [`Limits::frame_bytes`], or drawing them looks at
-    /// more sixteens of triangles and of texels than half of [`Limits::blocks`].
+    /// more sixteens of triangles and of texels than [`Limits::blocks`].
     pub fn within(
         limits: &Limits,
         blockers: &Blockers,
@@ -184,7 +186,7 @@ impl DepthMaps {
         Limits::check(|| "depth maps of one frame".to_owned(), bytes, limits.frame_bytes, "frame_bytes")?;
         Limits::check_memory(|| "depth maps of one frame".to_owned(), bytes)?;
         // Each map looks at all triangles at least: no need to begin.
-        let most = limits.blocks / 2;
+        let most = limits.blocks;
         let least = Slab::sixteens(blockers).saturating_mul(directions.len() as u64);
         let allowance = Allowance::new(most);
         let drawn = (least <= most).then(|| Self::draw(blockers, directions, size, &allowance, jobs, level));
@@ -223,12 +225,18 @@ impl DepthMaps {
         });
         let texel = 2.0 * radius / (size - 2 * MARGIN) as f32;
         let step = 2.0 * radius / (OUTERMOST - DEEPEST);
-        Self { size, maps, texels, texel, step }
+        Self { size, maps, texels, texel, step, work: allowance.spent() }
     }
 
     /// Texels along a side.
     pub(super) fn size(&self) -> usize {
         self.size
+    }
+
+    /// Sixteens of triangles and texels that drawing them has looked at.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// Number of maps.

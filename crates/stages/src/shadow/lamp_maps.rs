@@ -85,6 +85,8 @@ pub struct LampMaps {
     lamps: Vec<Option<LampMap>>,
     /// As [`DepthMaps`](super::DepthMaps) have them, map by map.
     texels: Vec<u32>,
+    /// Sixteens of triangles and texels that drawing them has looked at.
+    work: u64,
 }
 
 /// Lamp of a map.
@@ -115,9 +117,6 @@ pub(super) struct OnMap<L: Lanes> {
     /// The first texel of the map.
     pub first: L::I,
 }
-
-/// Part of [`Limits::blocks`] that the maps of lamps may take, as its inverse.
-const SHARE_OF_BLOCKS: u64 = 4;
 
 /// Least distance at which a lamp's maps begin, as a share of that to the furthest point of the scene.
 const NEAR: f32 = 1.0 / 1024.0;
@@ -190,7 +189,7 @@ impl LampMaps {
     ///
     /// # Errors
     /// [`LimitExceeded`] if the maps and what they are drawn of take more than [`Limits::frame_bytes`], or drawing them looks at
-    /// more sixteens of triangles and of texels than a quarter of [`Limits::blocks`].
+    /// more sixteens of triangles and of texels than [`Limits::blocks`].
     pub fn within(
         limits: &Limits,
         blockers: &Blockers,
@@ -223,12 +222,13 @@ impl LampMaps {
         // They have numbers of 31 bits.
         Limits::check(what, texels as u64, 1 << 31, "frame_bytes")?;
         Limits::check_memory(what, bytes)?;
-        let mut maps = Self { lamps, texels: vec![0; texels] };
-        let allowance = Allowance::new(limits.blocks / SHARE_OF_BLOCKS);
+        let mut maps = Self { lamps, texels: vec![0; texels], work: 0 };
+        let allowance = Allowance::new(limits.blocks);
         maps.draw(frames, blockers, &allowance, jobs, level);
         if allowance.is_passed() {
             return Err(LimitExceeded::beyond("depth maps of lamps", limits.blocks, "blocks"));
         }
+        maps.work = allowance.spent();
         Ok(maps)
     }
 
@@ -283,12 +283,18 @@ impl LampMaps {
     /// Number of maps that can be drawn within limits at most: each looks at all triangles.
     #[must_use]
     pub fn most(limits: &Limits, blockers: &Blockers) -> u64 {
-        limits.blocks / SHARE_OF_BLOCKS / Slab::sixteens(blockers).max(1)
+        limits.blocks / Slab::sixteens(blockers).max(1)
     }
 
     /// All texels, as they are in memory.
     pub fn texels(&self) -> &[u32] {
         &self.texels
+    }
+
+    /// Sixteens of triangles and texels that drawing them has looked at.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// Number of lamps.

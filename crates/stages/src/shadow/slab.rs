@@ -133,9 +133,14 @@ impl Allowance {
         !self.is_passed()
     }
 
+    /// Work that is done.
+    pub(super) fn spent(&self) -> u64 {
+        self.spent.load(Ordering::Relaxed)
+    }
+
     /// True if more was done than is allowed: the maps are unfinished.
     pub(super) fn is_passed(&self) -> bool {
-        self.spent.load(Ordering::Relaxed) > self.most
+        self.spent() > self.most
     }
 }
 

@@ -15,11 +15,11 @@ pub use emitters::Emitters;
 pub use found::Found;
 pub use lobe::TracedLobe;
 
-use super::ShadeContext;
 use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
 use super::occlusion::LightOcclusion;
 use super::record::{get, get_vector};
 use super::surface::hit_opacity;
+use super::{ShadeContext, ShadingCost};
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
@@ -88,6 +88,14 @@ impl TraceScratch {
     #[must_use]
     pub fn waiting(&self) -> usize {
         self.hits.len()
+    }
+
+    /// Cost of the rays that were sent since the last call, and of shading what they hit, which is left unshaded for good.
+    pub fn take_cost(&mut self, costs: &[ShadingCost]) -> u64 {
+        let of_hit = |hit: &RayHit| costs.get(hit.material as usize).map_or(0, |cost| cost.hit);
+        let hits: u64 = self.hits.iter().map(of_hit).sum();
+        self.forget();
+        ShadingCost::of_visits(self.traversal.take_visited()).saturating_add(hits)
     }
 
     /// Leaves hits that wait unshaded, for good.
