@@ -29,7 +29,6 @@ fn balls(is_shared: bool) -> Scene {
         let mesh = if is_shared { shared } else { scene.add_mesh(ball.clone()).unwrap() };
         scene.add_instance(Instance::new(mesh, materials[k as usize % 4], place)).unwrap();
     }
-    scene.add_light(Light::point([2.0, 4.0, 1.0], 20.0)).unwrap();
     scene
 }
 
@@ -49,7 +48,11 @@ fn draw(scene: &Scene, options: &RenderOptions, threads: usize) -> Rendered {
 /// A picture has the bits that it has with a copy of the mesh for each place, whatever the threads and tiles.
 #[test]
 fn pictures_do_not_depend_on_which_meshes_are_kept_once() {
-    let (copies, shared) = (balls(false), balls(true));
+    let [copies, shared] = [false, true].map(|is_shared| {
+        let mut scene = balls(is_shared);
+        scene.add_light(Light::point([2.0, 4.0, 1.0], 20.0)).unwrap();
+        scene
+    });
     let expected = draw(&copies, &options(), 2);
     for (threads, tile) in [(1, None), (3, Some(16)), (2, Some(64))] {
         let found = draw(&shared, &options().with_tile_size(tile), threads);
@@ -63,20 +66,20 @@ fn pictures_do_not_depend_on_which_meshes_are_kept_once() {
 /// Meshes that are kept once fit where their copies do not.
 #[test]
 fn meshes_at_several_places_take_little_memory() {
-    let least = |scene: &Scene| {
+    let least = |scene: &Scene, options: &RenderOptions| {
         let (mut little, mut enough) = (0_u64, 1 << 26);
         while enough - little > 1 << 14 {
             let middle = u64::midpoint(little, enough);
-            let limits = Limits::default().with_frame_bytes(middle);
-            match Renderer::new(2).render(scene, &camera(), &options().with_limits(limits)) {
+            let options = options.clone().with_limits(Limits::default().with_frame_bytes(middle));
+            match Renderer::new(2).render(scene, &camera(), &options) {
                 Ok(Rendered { stats, .. }) if stats.reduced_light.is_none() => enough = middle,
                 _ => little = middle,
             }
         }
         enough
     };
-    let [copies, shared] = [false, true].map(|is_shared| least(&balls(is_shared)));
-    assert!(shared * 3 < copies, "{shared} {copies}");
+    let [copies, shared] = [false, true].map(|is_shared| least(&balls(is_shared), &options()));
+    assert!(2 * shared < copies, "{shared} {copies}");
 }
 
 /// Rays become fewer where they would pass the limit of shading, the same whatever the threads and tiles, and as if so many had
@@ -86,7 +89,7 @@ fn rays_are_as_many_as_fit() {
     let scene = balls(true);
     let options = options().with_visibility(Visibility::new(16, 64, 64));
     let mut seen = Vec::new();
-    for shading in [1 << 13, 1000, 400, 150] {
+    for shading in [1 << 13, 100, 60, 30, 15] {
         let limits = Limits::default().with_shading(shading);
         let options = options.clone().with_limits(limits.clone());
         let Rendered { frame, stats, .. } = draw(&scene, &options, 2);
@@ -124,9 +127,9 @@ fn many_lights_lose_their_faintest_shadows() {
     let all = draw(&scene, &options, 2).stats;
     assert_eq!((all.lights_without_shadow, all.reduced_light), (0, None));
     // Enough for the maps of the environment.
-    let few = options.with_limits(Limits::default().with_blocks(60_000));
+    let few = options.with_limits(Limits::default().with_blocks(100_000));
     let [one, other] = [1, 3].map(|threads| draw(&scene, &few, threads));
     assert!(one.frame == other.frame);
     let left_out = one.stats.lights_without_shadow;
-    assert!((1..41).contains(&left_out), "{left_out} {:?}", one.stats.reduced_light);
+    assert!((1..40).contains(&left_out), "{left_out} {:?}", one.stats.reduced_light);
 }

@@ -102,22 +102,25 @@ impl LightMemory {
         self.changes += 1;
         shadows.made_of = (0, 0);
         let (limits, jobs, simd) = (&options.limits, pool.jobs, options.simd);
-        let mut sized = sources.clone();
-        let mut counts = LampMaps::counts(blockers, &sources, jobs);
+        let counts = LampMaps::counts(blockers, &sources, jobs);
         let middle = scene.bounds().center();
         let light = scene.lights().iter().filter(|light| source(&light.kind).is_some());
         let light: Vec<f64> = light.map(|light| light_at(light, middle)).collect();
-        shadows.left_out = leave_out(&mut counts, &light, LampMaps::most(limits, blockers));
-        let (punctual, of_areas) = sized.split_at_mut(self.punctual.len());
-        let (of_punctual, of_parts) = counts.split_at(self.punctual.len().min(counts.len()));
-        for (lamps, counts, finer) in [(punctual, of_punctual, FINER), (of_areas, of_parts, FINER_OF_PARTS)] {
-            let size = side(finer * map_size, map_size, counts.iter().sum());
-            for (lamp, count) in lamps.iter_mut().zip(counts) {
-                lamp.size = if *count > 0 { size } else { 0 };
-            }
-        }
-        shadows.maps = LampMaps::within(limits, blockers, &sized, jobs, simd)?;
+        let most = LampMaps::most(limits, blockers);
+        let draw = |most: u64| {
+            let mut kept = counts.clone();
+            let left_out = leave_out(&mut kept, &light, most);
+            let sized = sized(&sources, self.punctual.len(), map_size, [&counts, &kept]);
+            Ok((left_out, LampMaps::within(limits, blockers, &sized, jobs, simd)?, sized))
+        };
+        // Large triangles take more than one look each: then fewer lamps have maps.
+        let drawn = draw(most).or_else(|limit: LimitExceeded| match limit.field {
+            "blocks" => draw(most / 8),
+            _ => Err(limit),
+        });
+        let (left_out, maps, sized) = drawn?;
         shadows.tints = LampTints::within(limits, tinted, &sized, jobs, simd)?;
+        (shadows.maps, shadows.left_out) = (maps, left_out);
         (shadows.sources, shadows.parts) = (sources, parts);
         shadows.made_of = (made, map_size);
         Ok(())
@@ -163,6 +166,22 @@ fn light_at(light: &Light, place: [f64; 3]) -> f64 {
         }
         _ => power,
     }
+}
+
+/// Lamps with the sizes of their maps: those without extent, so many, come first. Of the numbers of maps that each has, the first
+/// are those before some were left out.
+fn sized(sources: &[LampSource], punctual: usize, map_size: usize, counts: [&[usize]; 2]) -> Vec<LampSource> {
+    let [all, kept] = counts;
+    let mut sized = sources.to_vec();
+    let middle = punctual.min(kept.len());
+    for (range, finer) in [(0..middle, FINER), (middle..kept.len(), FINER_OF_PARTS)] {
+        let size = side(finer * map_size, map_size, kept[range.clone()].iter().sum());
+        for number in range {
+            let is_left_out = all[number] > 0 && kept[number] == 0;
+            sized[number].size = if is_left_out { 0 } else { size };
+        }
+    }
+    sized
 }
 
 /// Takes their maps from lamps where all would be more than `most`, until they are not: first from those of which least light

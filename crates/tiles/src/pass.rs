@@ -150,7 +150,7 @@ impl<'a> Pass<'a> {
     /// True if the fragments of a pixel of the picture send rays.
     #[inline(always)]
     pub fn sends_from(&self, [x, y]: [u32; 2]) -> bool {
-        !self.probes() || (y % PROBED == PROBED / 2 && (x + 3 * (y / PROBED)) % PROBED == 0)
+        !self.probes() || (y % PROBED == PROBED / 2 && (x + 3 * (y / PROBED)).is_multiple_of(PROBED))
     }
 
     /// True if fragments ask for the textures that they read, and that is all.

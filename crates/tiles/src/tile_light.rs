@@ -88,7 +88,8 @@ impl TileLight {
                 self.send(l, (pass, traced), input, (number, &reading), places, (memory, &mut *out));
                 if pass.probes() {
                     let pixels = u64::from(PROBED * PROBED);
-                    let units = self.trace.take_cost(pass.frame.costs).saturating_mul(pixels);
+                    let units =
+                        self.trace.take_cost(traced.hierarchy, pass.frame.costs).saturating_mul(pixels);
                     pass.work.spend(Spent::Shading, units);
                     continue;
                 }

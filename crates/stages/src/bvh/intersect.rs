@@ -18,6 +18,9 @@ pub struct Ray {
     pub far: f32,
 }
 
+/// Visits that bringing a ray to a place counts as, or a leaf.
+const PLACED: u64 = 4;
+
 /// Intersection of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -41,7 +44,7 @@ pub struct Traversal {
 }
 
 impl Traversal {
-    /// Number of nodes and leaves visited since the last call: a measure of work that depends on nothing but rays and
+    /// Number of nodes and leaves visited since the last call, those of meshes that are kept once several times: a measure of work that depends on nothing but rays and
     /// triangles.
     pub fn take_visited(&mut self) -> u64 {
         std::mem::take(&mut self.visited)
@@ -249,6 +252,7 @@ impl Hierarchy {
                 let placed;
                 let (leaf, first) = match place {
                     Some(place) => {
+                        *visited += PLACED - 1;
                         placed = place.leaf(leaf);
                         (&placed, place.first)
                     }
@@ -274,7 +278,7 @@ impl Hierarchy {
                     }
                 }
             }
-            next = self.next_place(l, ray, &in_world, far, places);
+            next = self.next_place(l, ray, &in_world, far, (&mut *places, &mut *visited));
         }
     }
 
@@ -286,17 +290,19 @@ impl Hierarchy {
         ray: &Ray,
         in_world: &RayBoxes<L>,
         far: f32,
-        places: &mut Vec<(f32, Child)>,
+        (places, visited): (&mut Vec<(f32, Child)>, &mut u64),
     ) -> Option<(&Tree, RayBoxes<L>, Option<&Place>)> {
         while let Some((enter, child)) = places.pop() {
             if enter > far {
                 continue;
             }
+            *visited += 1;
             if child.0 & Child::LEAF == 0 {
                 push_children(l, &self.top.nodes[child.0 as usize], in_world, far, places);
                 continue;
             }
             let place = &self.places[(child.0 & !Child::LEAF) as usize];
+            *visited += PLACED - 1;
             return Some((&self.meshes[place.mesh], place.boxes(l, ray), Some(place)));
         }
         None

@@ -268,7 +268,8 @@ fn of_equally_near_places_the_first_is_hit() {
     let shared = Shared { triangles: vec![triangle; 100], places: places.to_vec() };
     let ray = Ray { origin: [0.1, 0.2, 2.0], direction: [0.0, 0.0, -4.0], near: 0.0, far: 10.0 };
     for (number, expected) in [(0, 0), (600, 500)] {
-        let hierarchy = Hierarchy::with_shared(&[triangle], |_| number, &[shared.clone()], &Jobs::new(1));
+        let hierarchy =
+            Hierarchy::with_shared(&[triangle], |_| number, std::slice::from_ref(&shared), &Jobs::new(1));
         assert_eq!(nearest(&hierarchy, &ray).unwrap().triangle, expected);
     }
     // What squeezes everything to a plane, or stands too far away, is to be listed.

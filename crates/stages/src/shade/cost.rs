@@ -32,14 +32,20 @@ const MAP: u64 = 3;
 const SHADOW: u64 = 20;
 const SHADOW_OF_PART: u64 = 35;
 
-/// A node or leaf that a ray visits, with its share of what sending the ray takes.
-const VISIT: u64 = 60;
+/// A node or leaf that a ray visits, with its share of what sending the ray takes: of a hierarchy that fits into caches, and of
+/// one of more than [`CACHED`] bytes.
+const VISIT: u64 = 30;
+const FAR_VISIT: u64 = 80;
+const CACHED: usize = 1 << 24;
 
 /// Rays of a fragment's neighbours, whose light is added to that of its own.
 const POOL: u64 = 1500;
 
 /// A hit of a ray, as a multiple of a fragment: few of sixteen have one material, and all are sorted.
-const HIT: u64 = 3;
+const HIT: u64 = 2;
+
+/// Maps that a hit is lit by: a part of them, see [`TracedLight`](super::TracedLight).
+const MAPS_OF_HIT: u32 = 32;
 
 /// Roughness that grows where normals vary within a pixel.
 const NORMAL_FILTER: u64 = 9;
@@ -117,13 +123,14 @@ impl ShadingCost {
         let light = surfaces * if layered { light_on_layers } else { light } + light_through + shadow;
         // The surface is found once more for its rays. What they hit may be reached by all lights.
         let receiving = if context.maps > 0 && context.lobe_rays > 0 { fragment + POOL } else { 0 };
-        let hit = HIT * (fragment + light * context.lights.len() as u64);
+        let left_out = MAP * u64::from(context.maps.saturating_sub(MAPS_OF_HIT));
+        let hit = HIT * ((fragment - left_out) + light * context.lights.len() as u64);
         Self { fragment, receiving, hit, light, blending: BLENDING, mask }
     }
 
-    /// Cost of nodes and leaves that rays visit.
+    /// Cost of nodes and leaves that rays visit in a hierarchy of so many bytes.
     #[must_use]
-    pub fn of_visits(visited: u64) -> u64 {
-        VISIT.saturating_mul(visited)
+    pub fn of_visits(visited: u64, bytes: usize) -> u64 {
+        visited.saturating_mul(if bytes > CACHED { FAR_VISIT } else { VISIT })
     }
 }

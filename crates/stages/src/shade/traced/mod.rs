@@ -91,11 +91,11 @@ impl TraceScratch {
     }
 
     /// Cost of the rays that were sent since the last call, and of shading what they hit, which is left unshaded for good.
-    pub fn take_cost(&mut self, costs: &[ShadingCost]) -> u64 {
+    pub fn take_cost(&mut self, hierarchy: &Hierarchy, costs: &[ShadingCost]) -> u64 {
         let of_hit = |hit: &RayHit| costs.get(hit.material as usize).map_or(0, |cost| cost.hit);
         let hits: u64 = self.hits.iter().map(of_hit).sum();
         self.forget();
-        ShadingCost::of_visits(self.traversal.take_visited()).saturating_add(hits)
+        ShadingCost::of_visits(self.traversal.take_visited(), hierarchy.bytes()).saturating_add(hits)
     }
 
     /// Leaves hits that wait unshaded, for good.
