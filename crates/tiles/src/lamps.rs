@@ -189,7 +189,7 @@ fn sized(sources: &[LampSource], punctual: usize, map_size: usize, counts: [&[us
 fn leave_out(counts: &mut [usize], light: &[f64], most: u64) -> usize {
     let mut all: u64 = counts.iter().map(|count| *count as u64).sum();
     let mut faintest: Vec<usize> = (0..light.len().min(counts.len())).collect();
-    // Of equally bright ones the last goes first.
+    // Equally bright ones: the last goes first.
     faintest.sort_by(|a, b| light[*a].total_cmp(&light[*b]).then(b.cmp(a)));
     let mut left_out = 0;
     for lamp in faintest {

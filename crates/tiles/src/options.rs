@@ -285,7 +285,7 @@ impl RenderOptions {
         self.with_reduced(self.visibility.reduced())
     }
 
-    /// The same with the next less expensive maps ([`Visibility::with_less_maps`]), likewise.
+    /// Options with the next less expensive maps ([`Visibility::with_less_maps`]), likewise.
     #[must_use]
     pub fn with_less_maps(&self) -> Option<Self> {
         self.with_reduced(self.visibility.with_less_maps())

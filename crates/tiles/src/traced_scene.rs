@@ -59,7 +59,7 @@ fn numbered(scene: &Scene) -> Vec<TracedDraw> {
     blocking(scene).map(next).collect()
 }
 
-/// Where a transform puts the corners of a mesh's triangles.
+/// Corners of a mesh's triangles, as a transform places them.
 fn placed(mesh: &Mesh, transform: &Transform) -> impl Iterator<Item = [[f32; 3]; 3]> {
     let place = |p: &[f32; 3]| transform.point(p.map(f64::from)).map(|c| c as f32);
     let positions: Vec<[f32; 3]> = mesh.positions().iter().map(place).collect();

@@ -96,7 +96,7 @@ impl<'a> Work<'a> {
     /// of rays took `sent`, of as many [times](Self::times) the limit; `None` if those are not too many.
     pub fn fewer_rays(&self, base: u64, sent: &Self, rays: u32) -> Option<u32> {
         let most = self.most(Spent::Shading);
-        // How far it got beyond depends on timing; that not even one ray fits does not.
+        // Not even one ray fits: that depends on no timing, as the sum does.
         if sent.is_stopped() {
             return Some(0);
         }
@@ -195,7 +195,7 @@ mod tests {
         }
     }
 
-    /// As many rays as fit beside other work: all of them up to the limit, then fewer in proportion.
+    /// Rays fit beside other work: all of them up to the limit, then fewer in proportion.
     #[test]
     fn rays_are_fewer_where_shading_passes_its_limit() {
         let work = Work::new(&Limits::default().with_shading(1), 1, 1);

@@ -37,7 +37,7 @@ pub struct Hit {
 pub struct Traversal {
     /// Nodes and leaves that are still to be visited, each with the distance at which the ray enters it.
     todo: Vec<(f32, Child)>,
-    /// The same of the tree of places.
+    /// Nodes of the tree of places and places, likewise.
     places: Vec<(f32, Child)>,
     /// Nodes and leaves that were visited since it was asked last.
     visited: u64,

@@ -260,7 +260,7 @@ fn places_of_a_mesh_are_hit_as_copies_of_it() {
     }
 }
 
-/// Of equally near triangles of several places the first is hit, wherever it is listed.
+/// Equally near triangles of several places: the first is hit, wherever it is listed.
 #[test]
 fn of_equally_near_places_the_first_is_hit() {
     let triangle = [[-1.0, -1.0, 0.0], [3.0, -1.0, 0.0], [-1.0, 3.0, 0.0]];
@@ -272,7 +272,7 @@ fn of_equally_near_places_the_first_is_hit() {
             Hierarchy::with_shared(&[triangle], |_| number, std::slice::from_ref(&shared), &Jobs::new(1));
         assert_eq!(nearest(&hierarchy, &ray).unwrap().triangle, expected);
     }
-    // What squeezes everything to a plane, or stands too far away, is to be listed.
+    // Places that squeeze everything to a plane, or lie too far away, are to be listed.
     for rows in [
         [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
         [[1.0, 0.0, 0.0, 1e16], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],

@@ -44,7 +44,7 @@ impl Repeated {
         Self { mesh: mesh.clone(), used: mesh.used_vertices(), list, turned, masked, places }
     }
 
-    /// The same with the holes of each triangle.
+    /// Adds the holes of each triangle.
     pub(super) fn with_holes(self, masked: Vec<Masked>) -> Self {
         Self { masked, ..self }
     }

@@ -115,8 +115,8 @@ impl<'a> Listed<'a> {
     }
 }
 
-/// Work that drawing maps may take, counted on all threads: the sixteens of triangles and of texels that are looked at. How far
-/// it gets beyond what is allowed depends on timing; that it does, does not.
+/// Work that drawing maps may take, counted on all threads: the sixteens of triangles and of texels that are looked at. The sum
+/// depends on timing once it is beyond what is allowed; that it is, does not.
 pub(super) struct Allowance {
     spent: AtomicU64,
     most: u64,

@@ -53,7 +53,7 @@ pub struct TracedLight<'a> {
 /// A draw whose triangles rays can hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TracedDraw {
-    /// Its number.
+    /// Number of the draw.
     pub draw: u32,
     /// Number of its first triangle.
     pub first: u32,
@@ -306,7 +306,7 @@ impl TracedLight<'_> {
         let mesh = context.draws[of.draw as usize].mesh;
         mesh.triangles()[triangle as usize].map(|vertex| {
             let [x, y, z] = mesh.positions()[vertex as usize].map(f64::from);
-            // As `Transform::point`.
+            // The arithmetic of `Transform::point`.
             rows.map(|row| (row[0] * x + row[1] * y + row[2] * z + row[3]) as f32)
         })
     }
