@@ -19,7 +19,7 @@ pub struct Ray {
 }
 
 /// Visits that bringing a ray to a place counts as, or a leaf.
-const PLACED: u64 = 4;
+const PLACED: u64 = 6;
 
 /// Intersection of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
