@@ -35,8 +35,8 @@ pub struct Limits {
     /// Surface fragments that one frame shades. Default 2^30.
     pub fragments: u64,
     /// Shading of one frame, in units of about a nanosecond, for each pixel of the picture: the
-    /// frame may take so many times the number of its pixels, or times 2^18 (512 x 512) if it has fewer; and as much again for
-    /// every ray that its lobes send, all of it for each shading a pixel. Default 2^13.
+    /// frame may take so many times the number of its pixels, or times 2^18 (512 x 512) if it has fewer; all of it for each
+    /// shading a pixel. Beyond, lobes send fewer rays. Default 2^13.
     pub shading: u64,
     /// Blocks of 4 x 4 pixels that the triangles of one frame are drawn into, hidden ones included: the rasterizer's
     /// work. Depth maps of occluders count groups of sixteen triangles and of sixteen texels, apart from these.

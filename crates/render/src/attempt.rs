@@ -19,12 +19,16 @@ use overcoat_stages::light::PrefilteredEnvironment;
 use overcoat_stages::raster::SamplePattern;
 use overcoat_tiles::budget::FrameBudget;
 use overcoat_tiles::edges::left_out;
+use overcoat_tiles::occlusion::LightLimit;
 use overcoat_tiles::options::RenderError;
 use overcoat_tiles::pass::FrameContext;
 use overcoat_tiles::strips::Planes;
 use overcoat_tiles::timed_pool::TimedPool;
 use overcoat_tiles::trace::{self, StageHashes};
-use overcoat_tiles::work::{Spent, Work};
+use overcoat_tiles::work::{SHADING, Spent, Work};
+
+/// Units of shading (about a nanosecond) for sixteen triangles or texels of a depth map, if it is as large as that of the best tier.
+const UNITS_OF_MAPS: u64 = 100;
 
 /// State that the stages of an attempt share.
 pub(super) struct Attempt<'a> {
@@ -50,9 +54,29 @@ pub(super) enum Stop {
     /// Levels of the environment were read that nobody foresaw: they are known now.
     MoreLight,
     /// Finding blocked light passes a limit: less of it may not.
-    Light(LimitExceeded),
+    Light(Less, LimitExceeded),
     /// A limit was passed with tiles of a size that was asked for: those of the default say which limit.
     DefaultTiles,
+}
+
+/// Blocked light that is to be left out.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Less {
+    /// Depth maps: fewer or smaller ones.
+    Maps,
+    /// Rays: so many are left.
+    Rays(u32),
+    /// Anything.
+    Any,
+}
+
+impl From<LightLimit> for Stop {
+    fn from(limit: LightLimit) -> Self {
+        match limit {
+            LightLimit::Maps(limit) => Self::Light(Less::Maps, limit),
+            LightLimit::Rays(limit) => Self::Light(Less::Rays(0), limit),
+        }
+    }
 }
 
 impl From<RenderError> for Stop {
@@ -94,7 +118,7 @@ impl<'a> Attempt<'a> {
         let levels = foreseen(scene, options);
         let filtered = environments.get(&scene.environment().source, levels, jobs, options.simd);
         let environment = environment_light(scene, &filtered);
-        prepared.prepare_lights(self, &mut passes.effects, &environment).map_err(Stop::Light)?;
+        prepared.prepare_lights(self, &mut passes.effects, &environment)?;
         self.times.environment = self.pool.lap();
         self.request.go_on()?;
 
@@ -110,19 +134,49 @@ impl<'a> Attempt<'a> {
 
         // Draw the tiles.
         let emitter_rays = passes.effects.emitter_rays();
+        let maps = passes.effects.occlusion().work().saturating_add(prepared.lights.work());
         let frame = prepared.frame(self, &listed, draws, &environment, emitter_rays);
         if needs_feedback {
             self.decode_by_feedback(&frame, passes, textures)?;
         }
+        self.fit_rays(&frame, passes, maps)?;
         let tiles = self.draw_tiles(&frame, &filtered, passes, textures, target)?;
         *work_done = tiles.work.done();
 
         // Make the picture of their pixels.
         let frame = frame.with_textures(textures.of(scene));
         self.check_tiles(&frame, &tiles.work)?;
-        let drawn = self.develop(&frame, tiles, hashes);
+        let mut drawn = self.develop(&frame, tiles, hashes);
+        drawn.stats.lights_without_shadow = prepared.lights.without_shadow();
         *last = Some(LastPicture::new(self.request, listed.grid, listed.chunks));
         Ok(drawn)
+    }
+
+    /// `Ok` if the rays of the frame are within the limit of shading with all other work, as those of a few pixels tell: else
+    /// the picture is drawn with fewer, and none are sent in vain.
+    fn fit_rays(&mut self, frame: &FrameContext<'_>, passes: &mut PassMemory, maps: u64) -> Result<(), Stop> {
+        let Request { options, rays_fit, .. } = self.request;
+        let rays = options.visibility.rays;
+        if *rays_fit || passes.effects.occlusion().traced().is_none() {
+            return Ok(());
+        }
+        let work = work_of(frame, self.request);
+        let counted = work.times(1);
+        passes.count(&mut self.pool, frame, &counted, self.request);
+        let sent = work.times(rays);
+        if !counted.is_stopped() {
+            passes.probe(&mut self.pool, frame, &sent, self.request);
+        }
+        self.request.go_on()?;
+        // Passing a limit without rays ends the picture, which the tiles find out in their way.
+        let base = counted.sum(Spent::Shading).saturating_add(maps.saturating_mul(UNITS_OF_MAPS));
+        match work.fewer_rays(base, &sent, rays) {
+            Some(fewer) if !counted.is_stopped() => {
+                let limit = LimitExceeded::beyond(SHADING, options.limits.shading, "shading");
+                Err(Stop::Light(Less::Rays(fewer), limit))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Decodes the textures that the frame reads, as far as that can be foreseen.
@@ -183,7 +237,7 @@ impl<'a> Attempt<'a> {
                 return Err(Stop::DefaultTiles);
             }
             match check_limits(frame, self.request) {
-                Err(limit) if limit.field == "shading" => return Err(Stop::Light(limit)),
+                Err(limit) if limit.field == "shading" => return Err(Stop::Light(Less::Any, limit)),
                 checked => checked?,
             }
         }
@@ -225,6 +279,7 @@ impl<'a> Attempt<'a> {
             stages: self.times.named(),
             serial: self.times.sum().saturating_sub(self.pool.parallel()),
             reduced_light: None,
+            lights_without_shadow: 0,
             edges_left_out: left_out(scene, self.request.options),
             stage_hashes: None,
         };

@@ -10,6 +10,8 @@ mod environment;
 #[cfg(test)]
 mod ground_tests;
 #[cfg(test)]
+mod light_limits_tests;
+#[cfg(test)]
 mod mirror_tests;
 mod passes;
 mod pick;
@@ -256,7 +258,8 @@ impl Renderer {
         let cancellation = cancellation.as_ref();
         let display = display.map(|display| display.for_lights(!scene.lights().is_empty()));
         let display = display.as_ref();
-        let request = Request { jobs, scene, camera, options: &options, display, cancellation };
+        let request =
+            Request { jobs, scene, camera, options: &options, display, cancellation, rays_fit: false };
         jobs.on_worker(|| carry_out(memory, &request))
     }
 }

@@ -42,6 +42,51 @@ impl PassMemory {
         feedback_tiles(pool, &pass, &mut self.tiles, request.options.simd);
     }
 
+    /// Counts the work of all tiles of a frame without rays, until a limit stops it. Nothing is shaded.
+    pub(super) fn count(
+        &mut self,
+        pool: &mut TimedPool<'_>,
+        frame: &FrameContext<'_>,
+        work: &Work<'_>,
+        request: &Request<'_>,
+    ) {
+        if let Some(ground) = &frame.ground {
+            work.spend(Spent::Shading, ground.units);
+        }
+        self.pass_over(pool, frame, (Purpose::Count, work), request);
+        self.tiles.counted = work.sum(Spent::Fragments);
+    }
+
+    /// Sends the rays of few pixels of a frame, whose work counts for all, until a limit stops it.
+    pub(super) fn probe(
+        &mut self,
+        pool: &mut TimedPool<'_>,
+        frame: &FrameContext<'_>,
+        work: &Work<'_>,
+        request: &Request<'_>,
+    ) {
+        self.pass_over(pool, frame, (Purpose::Probe, work), request);
+    }
+
+    /// All passes of a frame, without a picture.
+    fn pass_over(
+        &mut self,
+        pool: &mut TimedPool<'_>,
+        frame: &FrameContext<'_>,
+        (purpose, work): (Purpose<'_>, &Work<'_>),
+        request: &Request<'_>,
+    ) {
+        for &kind in PassKind::of(frame.states) {
+            let effects = if matches!(purpose, Purpose::Probe) {
+                self.effects.of(kind, &[])
+            } else {
+                Effects::default()
+            };
+            let pass = Pass { frame, kind, purpose, effects, work, traced_tiles: None };
+            feedback_tiles(pool, &pass, &mut self.tiles, request.options.simd);
+        }
+    }
+
     /// Draws all tiles of a frame: in one pass, or in one for each [`PassKind`] that it takes.
     pub(super) fn draw(
         &mut self,
@@ -119,8 +164,7 @@ pub(super) fn check_limits(frame: &FrameContext<'_>, request: &Request<'_>) -> R
 pub(super) fn work_of<'a>(frame: &FrameContext<'_>, request: &Request<'a>) -> Work<'a> {
     let &Request { options, cancellation, .. } = request;
     let pixels = frame.grid.pixel_count() as u64;
-    let counts = [options.shading_groups(), options.visibility.rays];
-    let work = Work::new(&options.limits, pixels, counts).stopped_by(cancellation);
+    let work = Work::new(&options.limits, pixels, options.shading_groups()).stopped_by(cancellation);
     if let Some(ground) = &frame.ground {
         work.spend(Spent::Shading, ground.units);
     }

@@ -1,6 +1,6 @@
 //! One picture: what is asked for, what is kept for the next, and attempts until one of them succeeds.
 
-use super::attempt::{Attempt, Stop};
+use super::attempt::{Attempt, Less, Stop};
 use super::environment::{EnvironmentCache, foreseen};
 use super::passes::PassMemory;
 use super::pick::LastPicture;
@@ -44,6 +44,8 @@ pub(super) struct Request<'a> {
     pub display: Option<&'a DisplayOptions>,
     /// Handle by which the caller may stop it.
     pub cancellation: Option<&'a Cancellation>,
+    /// The number of rays was chosen to be within limits.
+    pub rays_fit: bool,
 }
 
 /// One picture, as a frame or for a screen: the planes of what is not wanted are empty.
@@ -96,9 +98,10 @@ impl Memory {
         let mut without_lost = None;
         let mut options = Cow::Borrowed(request.options);
         let mut passed = None;
+        let mut rays_fit = false;
         loop {
             let scene = without_lost.as_ref().unwrap_or(request.scene);
-            let request = Request { scene, options: &options, ..*request };
+            let request = Request { scene, options: &options, rays_fit, ..*request };
             let target = target.as_mut().map(|(target, region)| (&mut **target, *region));
             match self.attempt(&request, target) {
                 Ok(mut drawn) => {
@@ -109,8 +112,9 @@ impl Memory {
                 Err(Stop::Error(error)) => return Err(error),
                 Err(Stop::LostTextures(rest)) => without_lost = Some(*rest),
                 Err(Stop::MoreLight) => {}
-                Err(Stop::Light(limit)) => match options.with_less_light() {
+                Err(Stop::Light(what, limit)) => match options_with(&options, what) {
                     Some(less) => {
+                        rays_fit |= matches!(what, Less::Rays(_));
                         options = Cow::Owned(less);
                         passed = passed.or(Some(limit));
                     }
@@ -217,6 +221,15 @@ impl Drawn {
             drawn.clipping = drawn.image.clipping(&drawn.frame);
         }
         drawn
+    }
+}
+
+/// The options with less light; `None` if there is nothing to leave out.
+fn options_with(options: &RenderOptions, less: Less) -> Option<RenderOptions> {
+    match less {
+        Less::Maps => options.with_less_maps(),
+        Less::Rays(rays) => Some(options.clone().with_visibility(options.visibility.with_rays(rays))),
+        Less::Any => options.with_less_light(),
     }
 }
 

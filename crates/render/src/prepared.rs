@@ -14,6 +14,7 @@ use overcoat_tiles::ground_pixels::GroundView;
 use overcoat_tiles::lamps::LightMemory;
 use overcoat_tiles::light_filter::MARGIN;
 use overcoat_tiles::mirror::MirrorMemory;
+use overcoat_tiles::occlusion::LightLimit;
 use overcoat_tiles::options::{Background, RenderOptions};
 use overcoat_tiles::pass::FrameContext;
 use overcoat_tiles::shading_rate::Finer;
@@ -50,11 +51,11 @@ impl FrameMemory {
         attempt: &Attempt<'_>,
         effects: &mut EffectMemory,
         environment: &EnvironmentLight<'_>,
-    ) -> Result<(), LimitExceeded> {
+    ) -> Result<(), LightLimit> {
         let &Attempt { request: &Request { scene, options, .. }, view, ref pool, .. } = attempt;
         self.lights.list(scene, view);
         effects.before(pool, scene, environment, options)?;
-        self.lights.find_shadows(pool, scene, effects.occlusion(), options)?;
+        self.lights.find_shadows(pool, scene, effects.occlusion(), options).map_err(LightLimit::Maps)?;
         let maps = effects.maps_of_ground().filter(|_| options.ground.is_seen());
         self.ground.prepare(pool, scene, maps, (environment, &self.lights), options);
         Ok(())

@@ -89,6 +89,9 @@ pub struct RenderStats {
     pub serial: Duration,
     /// Light that was left out, since the picture would have passed a limit with it.
     pub reduced_light: Option<ReducedLight>,
+    /// Lights that throw no shadow, since the picture would have passed [`Limits::blocks`](overcoat_core::limits::Limits::blocks)
+    /// with their depth maps: those of which least light arrives.
+    pub lights_without_shadow: usize,
     /// Instances whose edges `RenderOptions::edges` asks for and that have none, since they would take more than a quarter of
     /// [`Limits::frame_bytes`](overcoat_core::limits::Limits::frame_bytes).
     pub edges_left_out: usize,

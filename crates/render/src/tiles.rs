@@ -6,6 +6,7 @@ use overcoat_core::jobs::Scratch;
 use overcoat_core::math::lanes::SimdLevel;
 use overcoat_stages::tile::TileGrid;
 use overcoat_tiles::aov::TileAovs;
+use overcoat_tiles::light_pool::TracedTile;
 use overcoat_tiles::pass::{Pass, Tile};
 use overcoat_tiles::strips::{Blank, Planes, Strips, TileRows};
 use overcoat_tiles::tile_pass::{TileCost, TileJob, TileScratch};
@@ -24,6 +25,8 @@ pub(super) struct TileMemory {
     costs: Vec<TileCost>,
     /// Findings of the rays of some of the tiles.
     traced: TracedRows,
+    /// Fragments of the frame, as far as they are counted before they are drawn.
+    pub counted: u64,
 }
 
 /// Results of the tiles beside the picture.
@@ -91,7 +94,8 @@ pub(super) fn render_tiles(
             ..TileJob::default()
         }
     }));
-    let at_once = if pass.effects.traced.is_some() { memory.traced.start(grid) } else { grid.rows() };
+    let at_once =
+        if pass.effects.traced.is_some() { memory.traced.start(grid, memory.counted) } else { grid.rows() };
     for first in (0..grid.rows()).step_by(at_once.max(1) as usize) {
         let end = grid.rows().min(first + at_once);
         let mut pass = *pass;
@@ -135,7 +139,7 @@ pub(super) fn render_tiles(
     found
 }
 
-/// The feedback pass over all tiles: asks for the textures that their fragments read.
+/// A pass over all tiles that draws nothing: their fragments ask for the textures that they read, are counted, or send a few rays.
 pub(super) fn feedback_tiles(
     pool: &mut TimedPool<'_>,
     pass: &Pass<'_>,
@@ -148,6 +152,8 @@ pub(super) fn feedback_tiles(
         if pass.draws(tile) {
             let (tile, rows) = (&pass.tile(tile), &mut TileRows::default());
             render_tile(simd, pass, tile, scratch, rows, job);
+            // Nobody reads what rays have found.
+            job.traced = TracedTile::default();
         }
     });
     tiles.clear();

@@ -12,9 +12,9 @@ use overcoat_tiles::strips::TileRows;
 use overcoat_tiles::tile_pass::{TileJob, TileScratch};
 use overcoat_tiles::timed_pool::TimedPool;
 
-/// Pixels of the rows of tiles that are shaded at once, about. What their rays have found takes some 500 bytes a fragment; no more of
-/// a picture than this, and a row of tiles on both sides, has it at a time.
-const PIXELS_AT_ONCE: u32 = 1 << 17;
+/// Fragments of the rows of tiles that are shaded at once, about, if all rows have as many. What their rays have found takes some
+/// 500 bytes a fragment; no more of a picture than this, and a row of tiles on both sides, has it at a time.
+const FRAGMENTS_AT_ONCE: u64 = 1 << 17;
 
 /// Findings of the rays of the tiles of some rows.
 #[derive(Debug, Default)]
@@ -28,9 +28,12 @@ pub(super) struct TracedRows {
 }
 
 impl TracedRows {
-    /// Begins a run over all tiles. Returns the number of rows of them that are shaded at once.
-    pub(super) fn start(&mut self, grid: &TileGrid) -> u32 {
-        let at_once = (PIXELS_AT_ONCE / (grid.width().max(1) * grid.side())).clamp(1, grid.rows().max(1));
+    /// Begins a run over all tiles of a picture of so many fragments. Returns the number of rows of tiles that are shaded at
+    /// once.
+    pub(super) fn start(&mut self, grid: &TileGrid, fragments: u64) -> u32 {
+        let rows = grid.rows().max(1);
+        let of_row = (fragments / u64::from(rows)).max(1);
+        let at_once = (FRAGMENTS_AT_ONCE / of_row).clamp(1, u64::from(rows)) as u32;
         let known = grid.rows().min(at_once + 2) * grid.columns();
         self.tiles.resize_with(known as usize, TracedTile::default);
         self.sent = 0;

@@ -5,13 +5,12 @@
 //! it, as `environment.rs` keeps what it has filtered. What needs pixels of the frame is prepared after the pass that draws
 //! them: [`EffectMemory::after`].
 
-use super::occlusion::OcclusionMemory;
+use super::occlusion::{LightLimit, OcclusionMemory};
 use super::options::RenderOptions;
 use super::pass::PassKind;
 use super::timed_pool::TimedPool;
 use super::trace;
 use overcoat_core::frame::Aov;
-use overcoat_core::limits::LimitExceeded;
 use overcoat_scene::Scene;
 use overcoat_stages::light::EnvironmentLight;
 use overcoat_stages::shade::{Backdrop, BentNormals, Effects, LightOcclusion, LitShares};
@@ -42,7 +41,7 @@ impl EffectMemory {
         scene: &Scene,
         environment: &EnvironmentLight<'_>,
         options: &RenderOptions,
-    ) -> Result<(), LimitExceeded> {
+    ) -> Result<(), LightLimit> {
         self.occlusion.prepare(pool, scene, environment, options)
     }
 

@@ -38,6 +38,8 @@ struct LampShadows {
     made_of: (u64, usize),
     maps: LampMaps,
     tints: LampTints,
+    /// Lights without maps, since these would pass a limit.
+    left_out: usize,
     /// Surfaces are shaded with them.
     is_on: bool,
 }
@@ -99,15 +101,26 @@ impl LightMemory {
         }
         self.changes += 1;
         shadows.made_of = (0, 0);
-        let mut sized = sources.clone();
-        let (punctual, of_areas) = sized.split_at_mut(self.punctual.len());
-        for (lamps, finer) in [(punctual, FINER), (of_areas, FINER_OF_PARTS)] {
-            let size = side(finer * map_size, map_size, LampMaps::count(blockers, lamps, pool.jobs));
-            lamps.iter_mut().for_each(|lamp| lamp.size = size);
-        }
         let (limits, jobs, simd) = (&options.limits, pool.jobs, options.simd);
-        shadows.maps = LampMaps::within(limits, blockers, &sized, jobs, simd)?;
+        let counts = LampMaps::counts(blockers, &sources, jobs);
+        let middle = scene.bounds().center();
+        let light = scene.lights().iter().filter(|light| source(&light.kind).is_some());
+        let light: Vec<f64> = light.map(|light| light_at(light, middle)).collect();
+        let most = LampMaps::most(limits, blockers);
+        let draw = |most: u64| {
+            let mut kept = counts.clone();
+            let left_out = leave_out(&mut kept, &light, most);
+            let sized = sized(&sources, self.punctual.len(), map_size, [&counts, &kept]);
+            Ok((left_out, LampMaps::within(limits, blockers, &sized, jobs, simd)?, sized))
+        };
+        // Large triangles take more than one look each: then fewer lamps have maps.
+        let drawn = draw(most).or_else(|limit: LimitExceeded| match limit.field {
+            "blocks" => draw(most / 8),
+            _ => Err(limit),
+        });
+        let (left_out, maps, sized) = drawn?;
         shadows.tints = LampTints::within(limits, tinted, &sized, jobs, simd)?;
+        (shadows.maps, shadows.left_out) = (maps, left_out);
         (shadows.sources, shadows.parts) = (sources, parts);
         shadows.made_of = (made, map_size);
         Ok(())
@@ -116,6 +129,16 @@ impl LightMemory {
     /// Occlusion of lights, if surfaces are shaded with it.
     pub fn shadows(&self) -> Option<LampOcclusion<'_>> {
         self.shadows_of_ground().filter(|_| self.shadows.is_on)
+    }
+
+    /// Sixteens of triangles and texels that drawing the maps has looked at.
+    pub fn work(&self) -> u64 {
+        self.shadows.maps.work()
+    }
+
+    /// Number of lights whose shadows are left out to stay within a limit.
+    pub fn without_shadow(&self) -> usize {
+        if self.shadows_of_ground().is_some() { self.shadows.left_out } else { 0 }
     }
 
     /// Number of times that the lights or their occluders have changed until now.
@@ -129,6 +152,55 @@ impl LightMemory {
         let built = Shadows::BUILT.filter(|_| !(maps.is_empty() && tints.is_empty()))?;
         Some(LampOcclusion { maps, tints, punctual: self.punctual.len(), parts, built })
     }
+}
+
+/// Light that a lamp without extent sends to a place, about: the largest of red, green and blue.
+fn light_at(light: &Light, place: [f64; 3]) -> f64 {
+    let largest = light.color.iter().fold(0.0, |most, c| if *c > most { *c } else { most });
+    let power = f64::from(light.intensity * largest);
+    match &light.kind {
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
+            let to: [f64; 3] = each!(k => f64::from(position[k]) - place[k]);
+            let square = (to[0] * to[0] + to[1] * to[1]) + to[2] * to[2];
+            power / if square > 1e-6 { square } else { 1e-6 }
+        }
+        _ => power,
+    }
+}
+
+/// Lamps with the sizes of their maps: those without extent, so many, come first. Of the numbers of maps that each has, the first
+/// are those before some were left out.
+fn sized(sources: &[LampSource], punctual: usize, map_size: usize, counts: [&[usize]; 2]) -> Vec<LampSource> {
+    let [all, kept] = counts;
+    let mut sized = sources.to_vec();
+    let middle = punctual.min(kept.len());
+    for (range, finer) in [(0..middle, FINER), (middle..kept.len(), FINER_OF_PARTS)] {
+        let size = side(finer * map_size, map_size, kept[range.clone()].iter().sum());
+        for number in range {
+            let is_left_out = all[number] > 0 && kept[number] == 0;
+            sized[number].size = if is_left_out { 0 } else { size };
+        }
+    }
+    sized
+}
+
+/// Takes their maps from lamps where all would be more than `most`, until they are not: first from those of which least light
+/// arrives. Returns the number of these lamps; parts of lamps with an extent, which come after those in `light`, keep theirs.
+fn leave_out(counts: &mut [usize], light: &[f64], most: u64) -> usize {
+    let mut all: u64 = counts.iter().map(|count| *count as u64).sum();
+    let mut faintest: Vec<usize> = (0..light.len().min(counts.len())).collect();
+    // Equally bright ones: the last goes first.
+    faintest.sort_by(|a, b| light[*a].total_cmp(&light[*b]).then(b.cmp(a)));
+    let mut left_out = 0;
+    for lamp in faintest {
+        if all <= most {
+            break;
+        }
+        all -= counts[lamp] as u64;
+        left_out += usize::from(counts[lamp] > 0);
+        counts[lamp] = 0;
+    }
+    left_out
 }
 
 /// Texels along a side of each of so many maps, of so many that are wanted.
@@ -250,6 +322,27 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_faintest_lamps_lose_their_shadows() {
+        let light = [3.0, 1.0, 5.0, 1.0];
+        for (most, expected, left_out) in [
+            (22, [6, 6, 1, 6, 3], 0),
+            (21, [6, 6, 1, 0, 3], 1),
+            (15, [6, 0, 1, 0, 3], 2),
+            (4, [0, 0, 1, 0, 3], 3),
+            (0, [0, 0, 0, 0, 3], 4),
+        ] {
+            let mut counts = [6, 6, 1, 6, 3];
+            assert_eq!((leave_out(&mut counts, &light, most), counts), (left_out, expected), "{most}");
+        }
+        let near = Light {
+            intensity: 4.0,
+            ..Light::new(LightKind::Point { position: [0.0, 2.0, 0.0], range: None })
+        };
+        assert_eq!(light_at(&near, [0.0; 3]), 1.0);
+        assert_eq!(light_at(&Light::directional([0.0, -1.0, 0.0], 3.0), [0.0; 3]), 3.0);
     }
 
     #[test]

@@ -38,6 +38,7 @@ mod tile_triangles;
 mod tile_visibility_buffer;
 pub mod timed_pool;
 pub mod trace;
+mod traced_scene;
 pub mod work;
 
 /// The one function of a package for an instruction set: [`tile_pass::render_tile`] compiled for it. The words are the macro of

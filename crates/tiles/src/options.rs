@@ -282,7 +282,17 @@ impl RenderOptions {
     /// there is nothing to leave out.
     #[must_use]
     pub fn with_less_light(&self) -> Option<Self> {
-        let visibility = match self.visibility.reduced() {
+        self.with_reduced(self.visibility.reduced())
+    }
+
+    /// Options with the next less expensive maps ([`Visibility::with_less_maps`]), likewise.
+    #[must_use]
+    pub fn with_less_maps(&self) -> Option<Self> {
+        self.with_reduced(self.visibility.with_less_maps())
+    }
+
+    fn with_reduced(&self, reduced: Option<Visibility>) -> Option<Self> {
+        let visibility = match reduced {
             Some(visibility) => visibility,
             None if self.ground.is_seen() => Visibility::NONE,
             None => return None,

@@ -89,6 +89,8 @@ pub enum Purpose<'a> {
     Feedback,
     /// Nothing is shaded: opaque fragments send their rays, before those of any tile around are shaded.
     Trace,
+    /// Nothing is shaded: the opaque fragments of few pixels send their rays, to find out what those of all would take.
+    Probe,
 }
 
 /// Outputs of a pass beside linear pixels.
@@ -123,17 +125,32 @@ pub struct Pass<'a> {
     pub traced_tiles: Option<Neighbourhood<'a>>,
 }
 
+/// Side of the square of pixels of which one sends rays for all in [`Purpose::Probe`].
+pub const PROBED: u32 = 8;
+
 impl<'a> Pass<'a> {
     /// True if nothing is drawn.
     #[inline(always)]
     pub fn only_counts(&self) -> bool {
-        matches!(self.purpose, Purpose::Count | Purpose::Feedback | Purpose::Trace)
+        !matches!(self.purpose, Purpose::Draw(_))
     }
 
     /// True if opaque fragments send their rays, and that is all.
     #[inline(always)]
     pub fn traces(&self) -> bool {
-        matches!(self.purpose, Purpose::Trace)
+        matches!(self.purpose, Purpose::Trace | Purpose::Probe)
+    }
+
+    /// True if only few pixels do, whose work counts for all.
+    #[inline(always)]
+    pub fn probes(&self) -> bool {
+        matches!(self.purpose, Purpose::Probe)
+    }
+
+    /// True if the fragments of a pixel of the picture send rays.
+    #[inline(always)]
+    pub fn sends_from(&self, [x, y]: [u32; 2]) -> bool {
+        !self.probes() || (y % PROBED == PROBED / 2 && (x + 3 * (y / PROBED)).is_multiple_of(PROBED))
     }
 
     /// True if fragments ask for the textures that they read, and that is all.
@@ -146,7 +163,7 @@ impl<'a> Pass<'a> {
     pub fn wanted(&self) -> Wanted<'a> {
         match self.purpose {
             Purpose::Draw(wanted) => wanted,
-            Purpose::Count | Purpose::Feedback | Purpose::Trace => Wanted::default(),
+            Purpose::Count | Purpose::Feedback | Purpose::Trace | Purpose::Probe => Wanted::default(),
         }
     }
 
@@ -155,7 +172,7 @@ impl<'a> Pass<'a> {
     pub fn developer(&self) -> Option<&Developer> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.developer.as_ref(),
-            Purpose::Count | Purpose::Feedback | Purpose::Trace => None,
+            Purpose::Count | Purpose::Feedback | Purpose::Trace | Purpose::Probe => None,
         }
     }
 
@@ -164,7 +181,7 @@ impl<'a> Pass<'a> {
     pub fn target(&self) -> Option<&TargetWriter> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.target.as_ref(),
-            Purpose::Count | Purpose::Feedback | Purpose::Trace => None,
+            Purpose::Count | Purpose::Feedback | Purpose::Trace | Purpose::Probe => None,
         }
     }
 
@@ -212,7 +229,7 @@ impl<'a> Pass<'a> {
         let blends = || tile.runs.iter().any(|run| self.frame.state(run).alpha_mode == AlphaMode::Blend);
         let wanted = match &self.purpose {
             Purpose::Draw(wanted) => wanted.hashes || !wanted.aovs.is_empty(),
-            Purpose::Count => false,
+            Purpose::Count | Purpose::Probe => false,
             // Its fragments are wanted.
             Purpose::Feedback | Purpose::Trace => true,
         };

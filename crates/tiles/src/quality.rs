@@ -59,6 +59,20 @@ impl Visibility {
         self.maps > 0
     }
 
+    /// The next with less expensive maps, and as many rays: as few and as small as in [`Quality::Good`], then as in
+    /// [`Quality::Fast`], then 16 of 64 x 64 texels, then none, without rays either. `None` if this is [`Visibility::NONE`] already.
+    #[must_use]
+    pub fn with_less_maps(self) -> Option<Self> {
+        let steps = [(64, 256), (64, 128), (16, 64)];
+        let fewer = |(maps, size): (u32, u32)| Self {
+            maps: self.maps.min(maps),
+            map_size: self.map_size.min(size),
+            ..self
+        };
+        let next = steps.into_iter().map(fewer).find(|fewer| *fewer != self);
+        self.is_on().then(|| next.unwrap_or(Self::NONE))
+    }
+
     /// The next less expensive one: without rays, then with few small maps (a sixteenth of the work and the memory of
     /// [`Quality::Fast`]), then none. `None` if this is [`Visibility::NONE`] already.
     #[must_use]
@@ -167,6 +181,17 @@ mod tests {
                 |v: &Visibility| u64::from(v.maps) * u64::from(v.map_size).pow(2) * u64::from(1 + v.rays);
             assert!(steps.windows(2).all(|pair| work(&pair[0]) > work(&pair[1])), "{steps:?}");
         }
+    }
+
+    /// Maps become fewer and smaller, and rays stay as long as there are any.
+    #[test]
+    fn maps_come_down_to_none() {
+        let next = |visibility: &Visibility| visibility.with_less_maps();
+        let steps: Vec<Visibility> = std::iter::successors(Some(Quality::Best.visibility()), next).collect();
+        let rays = |(maps, size)| Visibility::new(maps, size, 16);
+        let expected = [(128, 512), (64, 256), (64, 128), (16, 64)].map(rays);
+        assert_eq!((&steps[..4], &steps[4..]), (&expected[..], &[Visibility::NONE][..]));
+        assert_eq!(Visibility::new(8, 32, 4).with_less_maps(), Some(Visibility::NONE));
     }
 
     /// A better tier has no less of anything.

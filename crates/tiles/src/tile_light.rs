@@ -7,9 +7,10 @@
 
 use super::light_filter::{LightFilter, LightWindow};
 use super::light_pool::{Groups, KEPT, Kept, NONE, Receiver, TracedTile};
-use super::pass::Pass;
+use super::pass::{PROBED, Pass};
 use super::shading_order::ShadingOrder;
 use super::tile_shading::ShadingInput;
+use super::work::Spent;
 use overcoat_core::math::lanes::{LANES, Lanes};
 use overcoat_core::reuse::reserve_like;
 use overcoat_stages::gbuffer::layout::{self, SurfacePlanes};
@@ -69,7 +70,7 @@ impl TileLight {
     ) -> bool {
         self.list(&input.fragments[..input.opaque]);
         out.start(self.whole.len(), input.tile.size);
-        self.list_receivers(pass, order, input.opaque);
+        self.list_receivers(pass, order, input);
         let mut place = SurfacePlace::none(l);
         let mut listed = 0;
         for stretch in 0..self.stretches.len() {
@@ -85,11 +86,21 @@ impl TileLight {
                 let places = first..end.min(first + LANES);
                 let memory = (&mut *batch, &mut place, &mut *planes);
                 self.send(l, (pass, traced), input, (number, &reading), places, (memory, &mut *out));
+                if pass.probes() {
+                    let pixels = u64::from(PROBED * PROBED);
+                    let units =
+                        self.trace.take_cost(traced.hierarchy, pass.frame.costs).saturating_mul(pixels);
+                    pass.work.spend(Spent::Shading, units);
+                    continue;
+                }
                 if self.trace.waiting() >= HITS_AT_ONCE {
                     traced.shade_hits(l, &pass.frame.shade, &mut self.trace, &mut out.found);
                 }
             }
             listed = end;
+        }
+        if pass.probes() {
+            return true;
         }
         traced.shade_hits(l, &pass.frame.shade, &mut self.trace, &mut out.found);
         out.group(&self.whole, &mut self.groups);
@@ -107,7 +118,7 @@ impl TileLight {
         planes: &mut SurfacePlanes,
     ) {
         self.list(&input.fragments[..input.opaque]);
-        self.list_receivers(pass, order, input.opaque);
+        self.list_receivers(pass, order, input);
         let (tile, around) = (input.tile, pass.traced_tiles);
         let Some(own) = around.and_then(|around| around.tile(around.grid.tile_of(tile.corner))) else {
             return;
@@ -150,8 +161,10 @@ impl TileLight {
     }
 
     /// Lists those of which light is found, in the order of shading.
-    fn list_receivers(&mut self, pass: &Pass<'_>, order: &ShadingOrder, opaque: usize) {
-        let Self { whole_of, order: out, stretches, .. } = self;
+    fn list_receivers(&mut self, pass: &Pass<'_>, order: &ShadingOrder, input: &ShadingInput<'_>) {
+        let Self { whole: all, whole_of, order: out, stretches, .. } = self;
+        let (opaque, [left, top]) = (input.opaque, input.tile.corner);
+        let sends = |fragment: &Fragment| pass.sends_from([left + fragment.column(), top + fragment.row()]);
         out.clear();
         stretches.clear();
         let mut listed = 0;
@@ -166,7 +179,7 @@ impl TileLight {
                 .iter()
                 .filter_map(|index| whole_of.get(*index as usize).filter(|_| (*index as usize) < opaque))
             {
-                if last != Some(*whole) {
+                if last != Some(*whole) && sends(&all[*whole as usize]) {
                     out.push(*whole);
                 }
                 last = Some(*whole);

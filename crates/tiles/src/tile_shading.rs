@@ -144,7 +144,7 @@ pub fn shade_fragments<L: Lanes>(
 
     // List the fragments in their order of shading, and count what that takes before it is done.
     find_order(frame, input, order, job.aovs.is_wanted());
-    let units = opaque_shading(frame, input, order);
+    let units = if pass.probes() { 0 } else { opaque_shading(frame, input, order) };
     job.cost.shading += units;
     if !pass.work.spend(Spent::Shading, units) {
         return false;
@@ -383,20 +383,29 @@ fn opaque_shading(frame: &FrameContext<'_>, input: &ShadingInput<'_>, order: &Sh
     let [left, top] = input.tile.corner;
     let lights = |fragment: &Fragment| reach.count(left + fragment.column(), top + fragment.row());
     let everywhere = reach.everywhere();
+    // Rays are sent once for all parts of a fragment that is split, and not by the sixteen.
+    let begins = |index: usize| {
+        let before = index.checked_sub(1).map(|before| &input.fragments[before]);
+        let own = &input.fragments[index];
+        before.is_none_or(|before| (before.pixel, before.triangle) != (own.pixel, own.triangle))
+    };
     if let (Some(material), true) = (input.one_material, reach.is_uniform()) {
         let own = &costs[material as usize];
-        return input.opaque as u64 * (own.fragment + everywhere * own.light);
+        let wholes = if own.receiving > 0 { (0..input.opaque).filter(|k| begins(*k)).count() } else { 0 };
+        let each = own.fragment + everywhere * own.light;
+        return input.opaque as u64 * each + wholes as u64 * own.receiving;
     }
     let (mut units, mut listed, mut known) = (0, 0, 0_u16);
     for &(number, end) in &order.stretches {
         let own = &costs[number as usize];
-        let (mut cells, mut count, mut lit) = (0_u16, 0, 0);
+        let (mut cells, mut count, mut lit, mut wholes) = (0_u16, 0, 0, 0);
         for &index in &order.indices[listed..end] {
             // Blended ones are counted when they are listed.
             if (index as usize) < input.opaque {
                 let fragment = &input.fragments[index as usize];
                 cells |= 1 << (fragment.row() / CELL * 4 + fragment.column() / CELL);
                 count += 1;
+                wholes += u64::from(begins(index as usize));
                 lit += if reach.is_uniform() { everywhere } else { lights(fragment) };
             }
         }
@@ -404,6 +413,7 @@ fn opaque_shading(frame: &FrameContext<'_>, input: &ShadingInput<'_>, order: &Sh
         let more = LANES as u64 * u64::from((cells & known).count_ones());
         known |= cells;
         units += (count + more) * own.fragment + (lit + more * everywhere) * own.light;
+        units += wholes * own.receiving;
     }
     units
 }

@@ -209,7 +209,9 @@ pub fn hierarchy(of: &TracedLight<'_>) -> u128 {
     let mut hasher = Xxh3::new();
     let corners = of.corners.as_flattened().as_flattened();
     feed(&mut hasher, corners.iter().map(|v| v.to_le_bytes()));
-    feed(&mut hasher, of.draws.iter().flat_map(|(draw, first)| [*draw, *first]).map(u32::to_le_bytes));
+    feed(&mut hasher, of.draws.iter().flat_map(|of| [of.draw, of.first]).map(u32::to_le_bytes));
+    let rows = of.draws.iter().filter_map(|of| of.rows.as_ref()).flatten().flatten();
+    feed(&mut hasher, rows.map(|v| v.to_le_bytes()));
     feed(&mut hasher, of.hierarchy.triangles().map(u32::to_le_bytes));
     hasher.digest128()
 }

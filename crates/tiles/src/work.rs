@@ -14,6 +14,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// Pixels that [`Limits::shading`] counts at least, so that small pictures may take as long as one of 512 x 512.
 const FEWEST_PIXELS: u64 = 1 << 18;
 
+/// Name of what [`Limits::shading`] bounds, in messages.
+pub const SHADING: &str = "units of shading for each pixel";
+
 /// Kinds of work that are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spent {
@@ -44,11 +47,11 @@ pub struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// Nothing done yet of a picture of so many pixels. Each of its shadings a pixel, and each ray of its lobes, is allowed what
-    /// all shading is with one and without rays.
-    pub fn new(limits: &Limits, pixels: u64, [shadings, rays]: [u32; 2]) -> Self {
+    /// Nothing done yet of a picture of so many pixels. Each of its shadings a pixel is allowed what all shading is with one;
+    /// rays are not allowed more.
+    pub fn new(limits: &Limits, pixels: u64, shadings: u32) -> Self {
         let shading = limits.shading.saturating_mul(pixels.max(FEWEST_PIXELS));
-        let shading = shading.saturating_mul(u64::from(shadings) * (1 + u64::from(rays)));
+        let shading = shading.saturating_mul(u64::from(shadings));
         Self {
             sums: Default::default(),
             most: [limits.blocks, limits.blend_entries, limits.fragments, shading],
@@ -80,6 +83,25 @@ impl<'a> Work<'a> {
             self.stopped.store(true, Ordering::Relaxed);
         }
         !self.is_stopped()
+    }
+
+    /// Nothing done yet of the same picture, whose shading may take so many times what is allowed.
+    pub fn times(&self, shading: u32) -> Self {
+        let mut most = self.most;
+        most[Spent::Shading as usize] = self.most(Spent::Shading).saturating_mul(u64::from(shading));
+        Self { most, ..self.anew(false) }
+    }
+
+    /// Rays of a lobe for which a picture is within the limit of shading, where all other work takes `base` and the given number
+    /// of rays took `sent`, of as many [times](Self::times) the limit; `None` if those are not too many.
+    pub fn fewer_rays(&self, base: u64, sent: &Self, rays: u32) -> Option<u32> {
+        let most = self.most(Spent::Shading);
+        // Not even one ray fits: that depends on no timing, as the sum does.
+        if sent.is_stopped() {
+            return Some(0);
+        }
+        let (sum, rest) = (sent.sum(Spent::Shading), most.saturating_sub(base));
+        (sum > rest).then(|| (u128::from(rays) * u128::from(rest) / u128::from(sum)) as u32)
     }
 
     /// Stops all work.
@@ -121,7 +143,7 @@ impl<'a> Work<'a> {
                 Spent::Blocks => ("blocks drawn", most, "blocks"),
                 Spent::Blended => ("blended fragments", most, "blend_entries"),
                 Spent::Fragments => ("fragments", most, "fragments"),
-                Spent::Shading => ("units of shading for each pixel", self.shading, "shading"),
+                Spent::Shading => (SHADING, self.shading, "shading"),
             };
             if self.sum(what) > most {
                 return Err(LimitExceeded::beyond(name, limit, field));
@@ -152,7 +174,7 @@ mod tests {
     #[test]
     fn what_is_allowed_is_allowed_and_one_more_stops_everything() {
         let limits = Limits::default().with_blocks(10).with_fragments(5);
-        let work = Work::new(&limits, 1, [1, 0]);
+        let work = Work::new(&limits, 1, 1);
         assert!(work.spend(Spent::Blocks, 10) && work.spend(Spent::Fragments, 5) && work.check().is_ok());
         assert!(!work.spend(Spent::Fragments, 1) && work.is_stopped());
         // Other work stops too, and is not blamed.
@@ -164,12 +186,35 @@ mod tests {
     #[test]
     fn shading_is_allowed_by_the_pixel() {
         let limits = Limits::default().with_shading(3);
-        for (pixels, rays, most) in
-            [(1, 0, 3 << 18), (1 << 18, 0, 3 << 18), (1 << 20, 0, 3 << 20), (1, 4, 15 << 18)]
+        for (pixels, shadings, most) in
+            [(1, 1, 3 << 18), (1 << 18, 1, 3 << 18), (1 << 20, 1, 3 << 20), (1, 4, 12 << 18)]
         {
-            let work = Work::new(&limits, pixels, [1, rays]);
+            let work = Work::new(&limits, pixels, shadings);
             assert!(work.spend(Spent::Shading, most) && !work.spend(Spent::Shading, 1), "{pixels}");
             assert_eq!(work.check().unwrap_err().limit, 3);
         }
+    }
+
+    /// Rays fit beside other work: all of them up to the limit, then fewer in proportion.
+    #[test]
+    fn rays_are_fewer_where_shading_passes_its_limit() {
+        let work = Work::new(&Limits::default().with_shading(1), 1, 1);
+        let most = 1 << 18;
+        for (base, sum, expected) in [
+            (0, most, None),
+            (most / 2, most / 2, None),
+            (0, most + 1, Some(15)),
+            (0, 2 * most, Some(8)),
+            (most / 2, 2 * most, Some(4)),
+            (most, 1, Some(0)),
+            (0, 16 * most, Some(1)),
+            (0, 16 * most + 1, Some(0)),
+            (0, u64::MAX, Some(0)),
+        ] {
+            let sent = work.times(16);
+            sent.spend(Spent::Shading, sum);
+            assert_eq!(work.fewer_rays(base, &sent, 16), expected, "{base} {sum}");
+        }
+        assert!(!work.times(16).spend(Spent::Fragments, u64::MAX), "other work keeps its limit");
     }
 }

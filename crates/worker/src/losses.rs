@@ -34,10 +34,16 @@ pub fn losses(
     warnings.chain(changed_splats(scene, display)).chain(clipped(scene, display, clipping)).collect()
 }
 
-/// Light and edges that were left out to stay within a limit, with the option that raises it.
+/// Light, shadows and edges that were left out to stay within a limit, with the option that raises it.
 pub fn limited(stats: &RenderStats) -> impl Iterator<Item = Warning> {
     let light = stats.reduced_light.as_ref().map(|reduced| {
         Warning::new(format!("{reduced}; --limit {}=N raises the limit", reduced.limit.field))
+    });
+    let shadows = (stats.lights_without_shadow > 0).then(|| {
+        Warning::new(format!(
+            "{} lights throw no shadow: their depth maps would pass a limit (blocks); --limit blocks=N raises the limit",
+            stats.lights_without_shadow
+        ))
     });
     let edges = (stats.edges_left_out > 0).then(|| {
         Warning::new(format!(
@@ -46,7 +52,7 @@ pub fn limited(stats: &RenderStats) -> impl Iterator<Item = Warning> {
             stats.edges_left_out
         ))
     });
-    light.into_iter().chain(edges)
+    light.into_iter().chain(shadows).chain(edges)
 }
 
 /// Parameters of materials that their shading models do not have: one warning for each model.

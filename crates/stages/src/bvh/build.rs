@@ -1,6 +1,6 @@
 //! From triangles to a hierarchy.
 
-use super::{Child, Hierarchy, Leaf, Node};
+use super::{Child, Hierarchy, Leaf, Node, Tree};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::math::lanes::LANES;
 use std::ops::Range;
@@ -17,22 +17,22 @@ const TRIANGLES_PER_JOB: usize = 8192;
 
 /// A box.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Bounds {
-    low: [f32; 3],
-    high: [f32; 3],
+pub(super) struct Bounds {
+    pub low: [f32; 3],
+    pub high: [f32; 3],
 }
 
 impl Bounds {
-    const NOTHING: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+    pub(super) const NOTHING: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
 
-    fn add(&mut self, other: &Self) {
+    pub(super) fn add(&mut self, other: &Self) {
         for k in 0..3 {
             self.low[k] = lower(self.low[k], other.low[k]);
             self.high[k] = higher(self.high[k], other.high[k]);
         }
     }
 
-    fn of(triangle: &[[f32; 3]; 3]) -> Self {
+    pub(super) fn of(triangle: &[[f32; 3]; 3]) -> Self {
         let mut bounds = Self::NOTHING;
         for corner in triangle {
             bounds.add(&Self { low: *corner, high: *corner });
@@ -43,6 +43,12 @@ impl Bounds {
     /// Twice the centre.
     fn centre(&self, axis: usize) -> f32 {
         self.low[axis] + self.high[axis]
+    }
+
+    /// The largest of all coordinates; 0 of nothing.
+    pub(super) fn largest(&self) -> f32 {
+        let finite = self.low.iter().chain(&self.high).filter(|v| v.is_finite());
+        finite.fold(0.0, |most, v| higher(most, v.abs()))
     }
 
     /// Half of the surface; 0 of nothing.
@@ -82,12 +88,23 @@ struct Task {
     depth: u32,
 }
 
+/// Part of the largest coordinate that boxes are made larger by: rounding of the slabs' distances never leaves so much of
+/// the box.
+const MARGIN: f32 = 1.0 / (1 << 21) as f32;
+
 impl Hierarchy {
     /// Builds it over triangles in world space. Those with corners that are not finite are left out, and so are those beyond
     /// [`Hierarchy::MAX_TRIANGLES`].
     #[must_use]
     pub fn new(triangles: &[[[f32; 3]; 3]], jobs: &Jobs) -> Self {
-        let triangles = &triangles[..triangles.len().min(Self::MAX_TRIANGLES)];
+        Self { once: Tree::new(triangles, jobs), ..Self::default() }
+    }
+}
+
+impl Tree {
+    /// Builds it over triangles: see [`Hierarchy::new`].
+    pub(super) fn new(triangles: &[[[f32; 3]; 3]], jobs: &Jobs) -> Self {
+        let triangles = &triangles[..triangles.len().min(Hierarchy::MAX_TRIANGLES)];
         let mut items = jobs.map(triangles.len().div_ceil(TRIANGLES_PER_JOB), |part| {
             let start = part * TRIANGLES_PER_JOB;
             let end = triangles.len().min(start + TRIANGLES_PER_JOB);
@@ -95,19 +112,33 @@ impl Hierarchy {
             let item = |k: usize| Item { bounds: Bounds::of(&triangles[k]), triangle: k as u32 };
             (start..end).filter(finite).map(item).collect::<Vec<_>>()
         });
-        let mut items: Vec<Item> = if items.len() == 1 { items.remove(0) } else { items.concat() };
+        let items: Vec<Item> = if items.len() == 1 { items.remove(0) } else { items.concat() };
+        Self::of_items(items, Some(triangles), jobs)
+    }
+
+    /// Builds it over boxes, which are its leaves.
+    pub(super) fn of_boxes(boxes: &[Bounds], jobs: &Jobs) -> Self {
+        let item = |(number, bounds): (usize, &Bounds)| Item { bounds: *bounds, triangle: number as u32 };
+        Self::of_items(boxes.iter().enumerate().map(item).collect(), None, jobs)
+    }
+
+    fn of_items(mut items: Vec<Item>, triangles: Option<&[[[f32; 3]; 3]]>, jobs: &Jobs) -> Self {
         if items.is_empty() {
             return Self::default();
         }
         let tree = binary_tree(&mut items, jobs);
-        // Rounding of the slabs' distances never leaves so much of the box.
-        let margin =
-            tree[0].bounds.low.iter().chain(&tree[0].bounds.high).fold(0.0, |m, v| higher(m, v.abs()));
-        Opened::new(&tree, &items, triangles, margin / (1 << 21) as f32).hierarchy
+        let margin = tree[0].bounds.largest() * MARGIN;
+        Opened::new(&tree, &items, triangles, margin).opened
+    }
+
+    /// Gives its triangles other numbers, in the same order.
+    pub(super) fn renumber(&mut self, number_of: impl Fn(u32) -> u32) {
+        let numbers = self.leaves.iter_mut().flat_map(|leaf| &mut leaf.triangles);
+        numbers.filter(|number| **number != u32::MAX).for_each(|number| *number = number_of(*number));
     }
 }
 
-/// A triangle to be put somewhere.
+/// A triangle, or a box, to be put somewhere.
 #[derive(Clone, Copy, Debug)]
 struct Item {
     bounds: Bounds,
@@ -285,16 +316,22 @@ fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
 struct Opened<'a> {
     tree: &'a [Binary],
     items: &'a [Item],
-    triangles: &'a [[[f32; 3]; 3]],
+    /// Nothing where the items are no triangles: their boxes are leaves then.
+    triangles: Option<&'a [[[f32; 3]; 3]]>,
     margin: f32,
-    hierarchy: Hierarchy,
+    opened: Tree,
 }
 
 impl<'a> Opened<'a> {
-    fn new(tree: &'a [Binary], items: &'a [Item], triangles: &'a [[[f32; 3]; 3]], margin: f32) -> Self {
-        let mut opened = Self { tree, items, triangles, margin, hierarchy: Hierarchy::default() };
+    fn new(
+        tree: &'a [Binary],
+        items: &'a [Item],
+        triangles: Option<&'a [[[f32; 3]; 3]]>,
+        margin: f32,
+    ) -> Self {
+        let mut opened = Self { tree, items, triangles, margin, opened: Tree::default() };
         let mut todo = vec![(0, 0)];
-        opened.hierarchy.nodes.push(Node::EMPTY);
+        opened.opened.nodes.push(Node::EMPTY);
         while let Some((binary, node)) = todo.pop() {
             opened.open(binary, node, &mut todo);
         }
@@ -323,33 +360,39 @@ impl<'a> Opened<'a> {
             let Binary { bounds, kind } = &self.tree[child as usize];
             let number = match kind {
                 Kind::Inner(_) => {
-                    let number = self.hierarchy.nodes.len();
-                    self.hierarchy.nodes.push(Node::EMPTY);
+                    let number = self.opened.nodes.len();
+                    self.opened.nodes.push(Node::EMPTY);
                     todo.push((child, number));
                     Child::node(number)
                 }
-                Kind::Leaf(range) => {
-                    self.hierarchy.leaves.push(self.leaf(range.clone()));
-                    Child::leaf(self.hierarchy.leaves.len() - 1)
-                }
+                Kind::Leaf(range) => match self.triangles {
+                    Some(triangles) => {
+                        self.opened.leaves.push(self.leaf(triangles, range.clone()));
+                        Child::leaf(self.opened.leaves.len() - 1)
+                    }
+                    None => {
+                        let mut boxes = Node::EMPTY;
+                        for (place, item) in self.items[range.clone()].iter().enumerate() {
+                            let child = Child::leaf(item.triangle as usize);
+                            boxes.put(place, &item.bounds, self.margin, child);
+                        }
+                        self.opened.nodes.push(boxes);
+                        Child::node(self.opened.nodes.len() - 1)
+                    }
+                },
             };
-            let wide = &mut self.hierarchy.nodes[node];
-            for k in 0..3 {
-                wide.low[k][place] = bounds.low[k] - self.margin;
-                wide.high[k][place] = bounds.high[k] + self.margin;
-            }
-            wide.children[place] = number;
+            self.opened.nodes[node].put(place, bounds, self.margin, number);
         }
     }
 
     /// The leaf of a range of items, in the order of their triangles.
-    fn leaf(&self, range: Range<usize>) -> Leaf {
+    fn leaf(&self, triangles: &[[[f32; 3]; 3]], range: Range<usize>) -> Leaf {
         let mut numbers: Vec<u32> = self.items[range].iter().map(|item| item.triangle).collect();
         numbers.sort_unstable();
         let mut leaf = Leaf { corners: [[[0.0; LANES]; 3]; 3], triangles: [u32::MAX; LANES] };
         for (place, number) in numbers.into_iter().enumerate() {
             leaf.triangles[place] = number;
-            for (corner, position) in leaf.corners.iter_mut().zip(&self.triangles[number as usize]) {
+            for (corner, position) in leaf.corners.iter_mut().zip(&triangles[number as usize]) {
                 for (row, value) in corner.iter_mut().zip(position) {
                     row[place] = *value;
                 }
@@ -365,4 +408,13 @@ impl Node {
         high: [[f32::NEG_INFINITY; LANES]; 3],
         children: [Child(0); LANES],
     };
+
+    /// Takes a child, with a box around it that is larger than its own by a margin.
+    fn put(&mut self, place: usize, bounds: &Bounds, margin: f32, child: Child) {
+        for k in 0..3 {
+            self.low[k][place] = bounds.low[k] - margin;
+            self.high[k][place] = bounds.high[k] + margin;
+        }
+        self.children[place] = child;
+    }
 }

@@ -1,6 +1,7 @@
 //! Rays on their way through a hierarchy.
 
-use super::{Child, Hierarchy, Leaf, Node};
+use super::places::Place;
+use super::{Child, Hierarchy, Leaf, Node, Tree};
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
 
@@ -16,6 +17,9 @@ pub struct Ray {
     /// Distance from which on nothing is hit; may be infinite.
     pub far: f32,
 }
+
+/// Visits that bringing a ray to a place counts as, or a leaf.
+const PLACED: u64 = 6;
 
 /// Intersection of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,25 +37,35 @@ pub struct Hit {
 pub struct Traversal {
     /// Nodes and leaves that are still to be visited, each with the distance at which the ray enters it.
     todo: Vec<(f32, Child)>,
+    /// Nodes of the tree of places and places, likewise.
+    places: Vec<(f32, Child)>,
     /// Nodes and leaves that were visited since it was asked last.
     visited: u64,
 }
 
 impl Traversal {
-    /// Number of nodes and leaves visited since the last call: a measure of work that depends on nothing but rays and
+    /// Number of nodes and leaves visited since the last call, those of meshes that are kept once several times: a measure of work that depends on nothing but rays and
     /// triangles.
     pub fn take_visited(&mut self) -> u64 {
         std::mem::take(&mut self.visited)
     }
 }
 
-/// A ray in lanes, with what boxes and triangles ask of it.
-struct RayLanes<L: Lanes> {
-    origin: [L::F; 3],
+/// A ray in lanes, with what boxes ask of it.
+#[derive(Clone, Copy)]
+pub(super) struct RayBoxes<L: Lanes> {
+    /// Origins for the sides where it enters boxes, and where it leaves them: apart by the margin of the boxes.
+    origins: [[L::F; 3]; 2],
     inverse: [L::F; 3],
     near: L::F,
     /// The ray goes down along this axis: it enters boxes at their upper sides.
     down: [bool; 3],
+}
+
+/// A ray in lanes, with what triangles ask of it.
+struct RayLanes<L: Lanes> {
+    origin: [L::F; 3],
+    near: L::F,
     /// The axis along which it goes furthest comes last.
     axes: [usize; 3],
     /// Shear of the first two coordinates for each unit of the third, and the inverse of the direction's third
@@ -59,28 +73,32 @@ struct RayLanes<L: Lanes> {
     shear: [L::F; 3],
 }
 
-impl<L: Lanes> RayLanes<L> {
+impl<L: Lanes> RayBoxes<L> {
+    /// A ray of that origin and direction, for boxes that are to be larger by a margin.
     #[inline(always)]
-    fn new(l: L, ray: &Ray) -> Self {
+    pub(super) fn new(
+        l: L,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        near: f32,
+        margin: Option<[f32; 3]>,
+    ) -> Self {
         // Instead of an infinite number: 0 times that would be none. What this shifts is far below rounding.
         const LEAST: f32 = 1e-30;
-        let inverse = each!(d in ray.direction => 1.0 / if d < LEAST && d > -LEAST { LEAST } else { d });
-        let [x, y, z] = each!(d in ray.direction => d.abs());
-        let axes = if x >= y && x >= z {
-            [1, 2, 0]
-        } else if y >= z {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        };
-        let [first, second, along] = each!(axis in axes => ray.direction[axis]);
+        let inverse = each!(d in direction => 1.0 / if d < LEAST && d > -LEAST { LEAST } else { d });
+        let down: [bool; 3] = each!(v in inverse => v < 0.0);
+        let mut origins = [origin; 2];
+        if let Some(margin) = margin {
+            for k in 0..3 {
+                let by = if down[k] { -margin[k] } else { margin[k] };
+                origins[0][k] += by;
+                origins[1][k] -= by;
+            }
+        }
         Self {
-            origin: each!(v in ray.origin => l.splat(v)),
+            origins: each!(origin in origins => each!(v in origin => l.splat(v))),
             inverse: each!(v in inverse => l.splat(v)),
-            near: l.splat(ray.near),
-            down: each!(v in inverse => v < 0.0),
-            axes,
-            shear: [l.splat(first / along), l.splat(second / along), l.splat(1.0 / along)],
+            near: l.splat(near),
+            down,
         }
     }
 
@@ -92,10 +110,31 @@ impl<L: Lanes> RayLanes<L> {
         for k in 0..3 {
             let (first, last) =
                 if self.down[k] { (&node.high[k], &node.low[k]) } else { (&node.low[k], &node.high[k]) };
-            enter = enter.max((l.load(first) - self.origin[k]) * self.inverse[k]);
-            leave = leave.min((l.load(last) - self.origin[k]) * self.inverse[k]);
+            enter = enter.max((l.load(first) - self.origins[0][k]) * self.inverse[k]);
+            leave = leave.min((l.load(last) - self.origins[1][k]) * self.inverse[k]);
         }
         (enter, enter.le(leave))
+    }
+}
+
+impl<L: Lanes> RayLanes<L> {
+    #[inline(always)]
+    fn new(l: L, ray: &Ray) -> Self {
+        let [x, y, z] = each!(d in ray.direction => d.abs());
+        let axes = if x >= y && x >= z {
+            [1, 2, 0]
+        } else if y >= z {
+            [2, 0, 1]
+        } else {
+            [0, 1, 2]
+        };
+        let [first, second, along] = each!(axis in axes => ray.direction[axis]);
+        Self {
+            origin: each!(v in ray.origin => l.splat(v)),
+            near: l.splat(ray.near),
+            axes,
+            shear: [l.splat(first / along), l.splat(second / along), l.splat(1.0 / along)],
+        }
     }
 
     /// Distances and weights of the second and third corners where triangles are hit, and which of them are; from both sides.
@@ -175,7 +214,8 @@ impl Hierarchy {
         blocked
     }
 
-    /// Visits hits up to `far`, which the visitor may bring nearer, until it returns false. Nearer boxes come first.
+    /// Visits hits up to `far`, which the visitor may bring nearer, until it returns false: of triangles that stand once,
+    /// then of the places, the nearest first.
     #[inline(always)]
     fn visit<L: Lanes>(
         &self,
@@ -184,51 +224,94 @@ impl Hierarchy {
         traversal: &mut Traversal,
         mut visit: impl FnMut(Hit, &mut f32) -> bool,
     ) {
-        let Traversal { todo, visited } = traversal;
-        todo.clear();
-        if self.is_empty() {
-            return;
+        let Traversal { todo, places, visited } = traversal;
+        places.clear();
+        if !self.top.nodes.is_empty() {
+            places.push((ray.near, Child::node(0)));
         }
         let lanes = RayLanes::new(l, ray);
+        let in_world = RayBoxes::new(l, (ray.origin, ray.direction), ray.near, None);
         let mut far = ray.far;
-        todo.push((ray.near, Child::node(0)));
-        while let Some((enter, child)) = todo.pop() {
-            // At the same distance another triangle may be hit, with a lower number.
+        let mut next: Option<(&Tree, RayBoxes<L>, Option<&Place>)> = Some((&self.once, in_world, None));
+        while let Some((tree, boxes, place)) = next {
+            todo.clear();
+            if !tree.nodes.is_empty() {
+                todo.push((ray.near, Child::node(0)));
+            }
+            while let Some((enter, child)) = todo.pop() {
+                // At the same distance another triangle may be hit, with a lower number.
+                if enter > far {
+                    continue;
+                }
+                *visited += 1;
+                if child.0 & Child::LEAF == 0 {
+                    push_children(l, &tree.nodes[child.0 as usize], &boxes, far, todo);
+                    continue;
+                }
+                let leaf = &tree.leaves[(child.0 & !Child::LEAF) as usize];
+                let placed;
+                let (leaf, first) = match place {
+                    Some(place) => {
+                        *visited += PLACED - 1;
+                        placed = place.leaf(leaf);
+                        (&placed, place.first)
+                    }
+                    None => (leaf, 0),
+                };
+                let (distances, [v, w], hit) = lanes.hits(l, leaf);
+                let mut left = (hit & distances.le(l.splat(far))).bits();
+                if left == 0 {
+                    continue;
+                }
+                let (distances, v, w) = (distances.to_array(), v.to_array(), w.to_array());
+                while left != 0 {
+                    let k = left.trailing_zeros() as usize % LANES;
+                    left &= left - 1;
+                    let (triangle, barycentrics) = (first + leaf.triangles[k], [v[k], w[k]]);
+                    let hit = Hit { distance: distances[k], triangle, barycentrics };
+                    // One before it may have been nearer. What lies at the end of the ray itself is beyond it.
+                    if hit.distance > far || hit.distance >= ray.far {
+                        continue;
+                    }
+                    if !visit(hit, &mut far) {
+                        return;
+                    }
+                }
+            }
+            next = self.next_place(l, ray, &in_world, far, (&mut *places, &mut *visited));
+        }
+    }
+
+    /// The next place that a ray enters before `far`, with what the boxes there ask of it.
+    #[inline(always)]
+    fn next_place<L: Lanes>(
+        &self,
+        l: L,
+        ray: &Ray,
+        in_world: &RayBoxes<L>,
+        far: f32,
+        (places, visited): (&mut Vec<(f32, Child)>, &mut u64),
+    ) -> Option<(&Tree, RayBoxes<L>, Option<&Place>)> {
+        while let Some((enter, child)) = places.pop() {
             if enter > far {
                 continue;
             }
             *visited += 1;
             if child.0 & Child::LEAF == 0 {
-                push_children(l, &self.nodes[child.0 as usize], &lanes, far, todo);
+                push_children(l, &self.top.nodes[child.0 as usize], in_world, far, places);
                 continue;
             }
-            let leaf = &self.leaves[(child.0 & !Child::LEAF) as usize];
-            let (distances, [v, w], hit) = lanes.hits(l, leaf);
-            let mut left = (hit & distances.le(l.splat(far))).bits();
-            if left == 0 {
-                continue;
-            }
-            let (distances, v, w) = (distances.to_array(), v.to_array(), w.to_array());
-            while left != 0 {
-                let k = left.trailing_zeros() as usize % LANES;
-                left &= left - 1;
-                let hit =
-                    Hit { distance: distances[k], triangle: leaf.triangles[k], barycentrics: [v[k], w[k]] };
-                // One before it may have been nearer. What lies at the end of the ray itself is beyond it.
-                if hit.distance > far || hit.distance >= ray.far {
-                    continue;
-                }
-                if !visit(hit, &mut far) {
-                    return;
-                }
-            }
+            let place = &self.places[(child.0 & !Child::LEAF) as usize];
+            *visited += PLACED - 1;
+            return Some((&self.meshes[place.mesh], place.boxes(l, ray), Some(place)));
         }
+        None
     }
 }
 
 /// Puts the children that a ray enters before `far` on the list, the nearest last.
 #[inline(always)]
-fn push_children<L: Lanes>(l: L, node: &Node, ray: &RayLanes<L>, far: f32, todo: &mut Vec<(f32, Child)>) {
+fn push_children<L: Lanes>(l: L, node: &Node, ray: &RayBoxes<L>, far: f32, todo: &mut Vec<(f32, Child)>) {
     let (enter, entered) = ray.enters(l, node, far);
     let mut left = entered.bits();
     if left == 0 {

@@ -1,9 +1,9 @@
 //! Hierarchies against looking at every triangle.
 
-use super::{Hierarchy, Hit, Ray, Traversal};
+use super::{Hierarchy, Hit, Ray, Shared, Traversal, can_be_shared};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::math::lanes::{Scalar, SimdLevel};
-use overcoat_scene::primitives;
+use overcoat_scene::{Transform, primitives};
 
 type Triangle = [[f32; 3]; 3];
 
@@ -193,6 +193,108 @@ fn degenerate_triangles_are_never_hit_and_hostile_ones_do_not_deepen_the_tree() 
     let hierarchy = Hierarchy::new(&far, &jobs);
     let ray = Ray { origin: [0.0; 3], direction: [1.0, 0.0, 0.0], near: 0.0, far: f32::INFINITY };
     assert!(nearest(&hierarchy, &ray).is_some());
+}
+
+/// A hierarchy over triangles that stand once and two meshes at many places, and one over a list of all triangles.
+fn shared_and_listed(numbers: &mut Numbers, spread: f32) -> ([Hierarchy; 2], Vec<Triangle>) {
+    let jobs = Jobs::new(2);
+    let once = numbers.triangles(50, 0.3);
+    let meshes = [of_mesh(&primitives::sphere(0.2, 10).unwrap()), numbers.triangles(40, 0.1)];
+    let mut all = Vec::new();
+    let mut shared = meshes.map(|triangles| Shared { triangles, places: Vec::new() });
+    // Places of both meshes take turns, and half of what stands once comes in the middle.
+    all.extend(&once[..25]);
+    for k in 0..60 {
+        let Shared { triangles, places } = &mut shared[k % 2];
+        let at = numbers.point().map(|v| f64::from(v * spread));
+        let [x, y, z] = numbers.point().map(f64::from);
+        let scale = [0.5 + 0.4 * x, if k % 5 == 0 { -0.7 } else { 0.7 }, 1.1 + z];
+        let place = Transform::from_parts(at, [x, y, z, 0.4], scale).unwrap();
+        assert!(can_be_shared(&place));
+        places.push((place, all.len() as u32));
+        let corner = |p: [f32; 3]| place.point(p.map(f64::from)).map(|c| c as f32);
+        all.extend(triangles.iter().map(|triangle| triangle.map(corner)));
+        if k == 29 {
+            all.extend(&once[25..]);
+        }
+    }
+    let after = all.iter().position(|triangle| *triangle == once[25]).unwrap() as u32;
+    let number_of = |number: u32| if number < 25 { number } else { number - 25 + after };
+    let shared = Hierarchy::with_shared(&once, number_of, &shared, &jobs);
+    ([shared, Hierarchy::new(&all, &jobs)], all)
+}
+
+/// Hits of meshes that are kept once have the bits of those of a list of all triangles.
+#[test]
+fn places_of_a_mesh_are_hit_as_copies_of_it() {
+    let mut numbers = Numbers(11);
+    for spread in [0.5, 1.0, 300.0] {
+        let ([shared, listed], all) = shared_and_listed(&mut numbers, spread);
+        let mut traversal = Traversal::default();
+        let mut hits = 0;
+        for k in 0..3000 {
+            let mut ray = numbers.ray();
+            ray.origin = ray.origin.map(|v| v * spread);
+            if k % 2 == 0 {
+                // Through a corner, from far away too.
+                let target = all[k * 7 % all.len()][k % 3];
+                ray.direction = std::array::from_fn(|k| target[k] - ray.origin[k]);
+            }
+            if k % 4 == 0 {
+                ray.far = 1.0 + numbers.next();
+            }
+            if k % 14 == 7 {
+                ray.direction[k % 3] = 0.0;
+            }
+            let expected = nearest(&listed, &ray);
+            hits += usize::from(expected.is_some());
+            for level in SimdLevel::available() {
+                let (found, blocked) = overcoat_core::dispatch!(level, l => (
+                    shared.nearest(l, &ray, &mut traversal, |_| true),
+                    shared.is_blocked(l, &ray, &mut traversal, |_| true),
+                ));
+                assert_eq!((found, blocked), (expected, expected.is_some()), "{spread} {level} {ray:?}");
+            }
+        }
+        assert!(hits > 500, "{spread}: {hits}");
+    }
+}
+
+/// Equally near triangles of several places: the first is hit, wherever it is listed.
+#[test]
+fn of_equally_near_places_the_first_is_hit() {
+    let triangle = [[-1.0, -1.0, 0.0], [3.0, -1.0, 0.0], [-1.0, 3.0, 0.0]];
+    let places = [900, 500, 700].map(|first| (Transform::IDENTITY, first));
+    let shared = Shared { triangles: vec![triangle; 100], places: places.to_vec() };
+    let ray = Ray { origin: [0.1, 0.2, 2.0], direction: [0.0, 0.0, -4.0], near: 0.0, far: 10.0 };
+    for (number, expected) in [(0, 0), (600, 500)] {
+        let hierarchy =
+            Hierarchy::with_shared(&[triangle], |_| number, std::slice::from_ref(&shared), &Jobs::new(1));
+        assert_eq!(nearest(&hierarchy, &ray).unwrap().triangle, expected);
+    }
+    // Places that squeeze everything to a plane, or lie too far away, are to be listed.
+    for rows in [
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+        [[1.0, 0.0, 0.0, 1e16], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 1e-9, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+    ] {
+        assert!(!can_be_shared(&Transform::from_rows(rows).unwrap()), "{rows:?}");
+    }
+}
+
+/// Memory grows with the places and not with their triangles.
+#[test]
+fn places_take_no_triangles() {
+    let triangles = of_mesh(&primitives::sphere(1.0, 24).unwrap());
+    let bytes = |count: u32| {
+        let at =
+            |k: u32| Transform::translation([f64::from(k % 64) * 3.0, f64::from(k / 64) * 3.0, 0.0]).unwrap();
+        let places = (0..count).map(|k| (at(k), k * triangles.len() as u32)).collect();
+        let shared = Shared { triangles: triangles.clone(), places };
+        Hierarchy::with_shared(&[], |number| number, &[shared], &Jobs::new(2)).bytes()
+    };
+    let (one, many) = (bytes(1), bytes(4096));
+    assert!(many - one < 4096 * 512 && one > triangles.len() * 40, "{one} {many}");
 }
 
 trait PowiExact {

@@ -32,11 +32,20 @@ const MAP: u64 = 3;
 const SHADOW: u64 = 20;
 const SHADOW_OF_PART: u64 = 35;
 
-/// One ray, without what it takes to shade what it hits.
-const RAY: u64 = 400;
+/// A node or leaf that a ray visits, with its share of what sending the ray takes: of a hierarchy that fits into caches, and of
+/// one of more than [`CACHED`] bytes.
+const VISIT: u64 = 30;
+const FAR_VISIT: u64 = 80;
+const CACHED: usize = 1 << 24;
 
 /// Rays of a fragment's neighbours, whose light is added to that of its own.
-const POOL: u64 = 300;
+const POOL: u64 = 1500;
+
+/// A hit of a ray, as a multiple of a fragment: few of sixteen have one material, and all are sorted.
+const HIT: u64 = 2;
+
+/// Maps that a hit is lit by: a part of them, see [`TracedLight`](super::TracedLight).
+const MAPS_OF_HIT: u32 = 32;
 
 /// Roughness that grows where normals vary within a pixel.
 const NORMAL_FILTER: u64 = 9;
@@ -55,6 +64,10 @@ const MASK: u64 = 7;
 pub struct ShadingCost {
     /// Each, in the light of the environment and of all rectangles and tubes.
     pub fragment: u64,
+    /// Rays of an opaque fragment, once for all of its parts, without what tracing them takes.
+    pub receiving: u64,
+    /// A hit of a ray on such a surface.
+    pub hit: u64,
     /// Each once more for every light without extent that reaches it.
     pub light: u64,
     /// A fragment that is blended, beside the rest.
@@ -74,7 +87,14 @@ impl ShadingCost {
         let mask = if masked { MASK + alpha_texture } else { 0 };
         let textures = texture * material.textures().count() as u64;
         if material.unlit {
-            return Self { fragment: UNLIT + textures, light: 0, blending: BLENDING, mask };
+            return Self {
+                fragment: UNLIT + textures,
+                receiving: 0,
+                hit: UNLIT + textures,
+                light: 0,
+                blending: BLENDING,
+                mask,
+            };
         }
         let model = material.shading(context.model);
         let [plain, layers, light, light_on_layers] = models::cost(model);
@@ -100,18 +120,17 @@ impl ShadingCost {
             + through
             + parts
             + MAP * u64::from(context.maps);
-        // Diffuse, base, coat. What is hit is taken to be like this. The parts of a fragment that is split are counted as if each
-        // sent rays of its own: which of them do is known only later.
-        let lobes = if material.coat > 0.0 { 3 } else { 2 };
-        let rays = if context.maps > 0 { lobes * u64::from(context.lobe_rays) } else { 0 };
-        // The surface is found once more for its rays.
-        let to_lamps = RAY * u64::from(context.emitter_rays);
-        let receiving = if rays > 0 { fragment + POOL + rays * (RAY + fragment) + to_lamps } else { 0 };
-        Self {
-            fragment: fragment + receiving,
-            light: surfaces * if layered { light_on_layers } else { light } + light_through + shadow,
-            blending: BLENDING,
-            mask,
-        }
+        let light = surfaces * if layered { light_on_layers } else { light } + light_through + shadow;
+        // The surface is found once more for its rays. What they hit may be reached by all lights.
+        let receiving = if context.maps > 0 && context.lobe_rays > 0 { fragment + POOL } else { 0 };
+        let left_out = MAP * u64::from(context.maps.saturating_sub(MAPS_OF_HIT));
+        let hit = HIT * ((fragment - left_out) + light * context.lights.len() as u64);
+        Self { fragment, receiving, hit, light, blending: BLENDING, mask }
+    }
+
+    /// Cost of nodes and leaves that rays visit in a hierarchy of so many bytes.
+    #[must_use]
+    pub fn of_visits(visited: u64, bytes: usize) -> u64 {
+        visited.saturating_mul(if bytes > CACHED { FAR_VISIT } else { VISIT })
     }
 }

@@ -41,6 +41,6 @@ pub use record::store_surface;
 pub use surface::{
     Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, ask_for_textures, store_face,
 };
-pub use traced::{Emitters, Found, Senders, TraceScratch, TracedLight, TracedLobe};
+pub use traced::{Emitters, Found, Senders, TraceScratch, TracedDraw, TracedLight, TracedLobe};
 pub use transmission::{Passed, pass_through, store_transmission};
 pub use variation::NormalFilter;

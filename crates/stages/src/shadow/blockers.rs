@@ -1,6 +1,7 @@
 //! The triangles that light cannot pass.
 
-use super::bounds::{bounding_sphere, corners_of};
+use super::bounds::{Part, bounding_sphere, corners_of, parts_of};
+use super::repeated::Repeated;
 use overcoat_core::jobs::Jobs;
 use overcoat_scene::Wrap;
 
@@ -17,6 +18,8 @@ pub struct Blockers {
     pub masked: Vec<Masked>,
     /// Alpha masks of the triangles that block light in places.
     pub cutouts: Vec<Cutout>,
+    /// Meshes at several places, whose triangles are in none of the lists.
+    pub repeated: Vec<Repeated>,
 }
 
 /// A triangle with holes.
@@ -84,12 +87,20 @@ impl Blockers {
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.one_sided.as_slice())
             + size_of_val(self.masked.as_slice());
-        self.cutouts.iter().fold(lists as u64, |sum, cutout| sum + cutout.alphas.len() as u64)
+        let repeated = self.repeated.iter().fold(lists as u64, |sum, repeated| sum + repeated.bytes());
+        self.cutouts.iter().fold(repeated, |sum, cutout| sum + cutout.alphas.len() as u64)
     }
 
     /// A sphere around all corners that are finite: its centre is the middle of the box around them; `None` if there are none.
     #[must_use]
     pub fn bounding_sphere(&self, jobs: &Jobs) -> Option<([f32; 3], f32)> {
-        bounding_sphere(&self.positions, jobs)
+        bounding_sphere(&self.parts(), jobs)
+    }
+
+    /// All corners, many at a time.
+    pub(super) fn parts(&self) -> Vec<Part<'_>> {
+        let mut parts = parts_of(&self.positions);
+        self.repeated.iter().for_each(|repeated| Part::add_repeated(repeated, &mut parts));
+        parts
     }
 }

@@ -5,7 +5,7 @@
 
 use super::blockers::Blockers;
 use super::bounds::mapped_sphere;
-use super::slab::Slab;
+use super::slab::{Allowance, Slab};
 use overcoat_core::dispatch_available;
 use overcoat_core::each;
 use overcoat_core::jobs::Jobs;
@@ -40,6 +40,8 @@ pub struct DepthMaps {
     texel: f32,
     /// Length of a step of depth.
     step: f32,
+    /// Sixteens of triangles and texels that drawing them has looked at.
+    work: u64,
 }
 
 /// Depths that surfaces have, in steps; 0 is nothing.
@@ -161,7 +163,7 @@ impl DepthMaps {
         jobs: &Jobs,
         level: SimdLevel,
     ) -> Self {
-        Self::draw(blockers, directions, size, u64::MAX, jobs, level).0
+        Self::draw(blockers, directions, size, &Allowance::new(u64::MAX), jobs, level)
     }
 
     /// The same within limits.
@@ -183,53 +185,58 @@ impl DepthMaps {
         let bytes = texels.saturating_mul(4).saturating_add(beside);
         Limits::check(|| "depth maps of one frame".to_owned(), bytes, limits.frame_bytes, "frame_bytes")?;
         Limits::check_memory(|| "depth maps of one frame".to_owned(), bytes)?;
-        let (maps, work) = Self::draw(blockers, directions, size, limits.blocks, jobs, level);
-        if work > limits.blocks {
+        // Each map looks at all triangles at least: no need to begin.
+        let most = limits.blocks;
+        let least = Slab::sixteens(blockers).saturating_mul(directions.len() as u64);
+        let allowance = Allowance::new(most);
+        let drawn = (least <= most).then(|| Self::draw(blockers, directions, size, &allowance, jobs, level));
+        let Some(maps) = drawn.filter(|_| !allowance.is_passed()) else {
             return Err(LimitExceeded::beyond("depth maps of one frame", limits.blocks, "blocks"));
-        }
+        };
         Ok(maps)
     }
 
-    /// Draws the maps, and counts the sixteens of texels that they took. They are unfinished if these are more than
-    /// `most`.
+    /// Draws the maps, which are unfinished if that takes more than is allowed.
     fn draw(
         blockers: &Blockers,
         directions: &[[f32; 3]],
         size: usize,
-        most: u64,
+        allowance: &Allowance,
         jobs: &Jobs,
         level: SimdLevel,
-    ) -> (Self, u64) {
+    ) -> Self {
         let size = size.clamp(SIZES[0], SIZES[1]);
-        let Some((centre, radius)) = mapped_sphere(&blockers.positions, jobs) else {
-            return (Self::default(), 0);
+        let Some((centre, radius)) = mapped_sphere(&blockers.parts(), jobs) else {
+            return Self::default();
         };
         let maps: Vec<DepthMap> =
             directions.iter().map(|direction| DepthMap::new(*direction, centre, radius, size)).collect();
         let map_len = size * size;
         let mut texels = vec![0; maps.len() * map_len];
-        let mut groups: Vec<(&[DepthMap], &mut [u32], u64)> = maps
-            .chunks(MAPS_PER_JOB)
-            .zip(texels.chunks_mut(MAPS_PER_JOB * map_len))
-            .map(|(maps, texels)| (maps, texels, 0))
-            .collect();
-        let work = Slab::for_each(blockers, jobs, most, |slab| {
-            jobs.for_each_mut(&mut groups, |_, (maps, texels, work)| {
-                dispatch_available!(level, l => *work = slab.draw(l, maps, most, size, texels));
+        let mut groups: Vec<(&[DepthMap], &mut [u32])> =
+            maps.chunks(MAPS_PER_JOB).zip(texels.chunks_mut(MAPS_PER_JOB * map_len)).collect();
+        Slab::for_each(blockers, jobs, allowance, |slab| {
+            jobs.for_each_mut(&mut groups, |_, (maps, texels)| {
+                dispatch_available!(level, l => slab.draw(l, maps, allowance, size, texels));
             });
-            groups.iter().fold(0, |sum: u64, group| sum.saturating_add(group.2))
         });
         jobs.for_each_chunk_mut(&mut texels, map_len, |_, map| {
             dispatch_available!(level, l => pack(l, map, size));
         });
         let texel = 2.0 * radius / (size - 2 * MARGIN) as f32;
         let step = 2.0 * radius / (OUTERMOST - DEEPEST);
-        (Self { size, maps, texels, texel, step }, work)
+        Self { size, maps, texels, texel, step, work: allowance.spent() }
     }
 
     /// Texels along a side.
     pub(super) fn size(&self) -> usize {
         self.size
+    }
+
+    /// Sixteens of triangles and texels that drawing them has looked at.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// Number of maps.

@@ -14,11 +14,11 @@
 //! On maps that are seen from a point, places are divided by the distance along the map's axis, and depth is its inverse, which
 //! is linear there. Triangles that reach nearer than the map begins are cut off there, one by one (`clip.rs`).
 
-use super::blockers::{Blockers, Cutout, Masked};
+use super::blockers::{Cutout, Masked};
 use super::bounds::smaller;
 use super::clip::{Corner, clipped};
 use super::depth_map::{DEEPEST, DepthMap, OUTERMOST};
-use super::slab::{List, Sixteen, Slab};
+use super::slab::{Allowance, List, Listed, Sixteen, Slab};
 use super::sliver::Slivers;
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask};
@@ -31,38 +31,37 @@ const SIXTEENS_PER_TURN: usize = 32;
 const SMALL: f32 = 7.0;
 
 impl Slab<'_> {
-    /// Draws all into several maps, whose texels are bits of floats, 0 where there is nothing: the outermost depths. Counts the
-    /// sixteens of triangles and of texels that are looked at; once they are more than `most`, the maps stay unfinished.
+    /// Draws all into several maps, whose texels are bits of floats, 0 where there is nothing: the outermost depths. They stay
+    /// unfinished once that takes more than is allowed.
     #[inline(always)]
     pub(super) fn draw<L: Lanes>(
         &self,
         l: L,
         frames: &[DepthMap],
-        most: u64,
+        allowance: &Allowance,
         size: usize,
         maps: &mut [u32],
-    ) -> u64 {
-        let mut work = 0;
+    ) {
         let mut first = self.first;
         for turn in self.sixteens.chunks(SIXTEENS_PER_TURN) {
+            let mut work = 0;
             for (frame, map) in frames.iter().zip(maps.chunks_exact_mut(size * size)) {
                 for (number, sixteen) in turn.iter().enumerate() {
-                    work += match self.list {
+                    work += match self.of.list {
                         List::Solid => draw_solid(l, frame, (sixteen, Sides::Both), size, map),
                         List::OneSided => draw_solid(l, frame, (sixteen, Sides::Front), size, map),
                         List::Masked => {
                             let number = first + number * LANES;
-                            draw_masked_ones(l, frame, (sixteen, number), self.blockers, size, map)
+                            draw_masked_ones(l, frame, (sixteen, number), &self.of, size, map)
                         }
                     };
                 }
             }
-            if work > most {
-                break;
+            if !allowance.spend(work) {
+                return;
             }
             first += turn.len() * LANES;
         }
-        work
     }
 }
 
@@ -72,7 +71,7 @@ fn draw_masked_ones<L: Lanes>(
     l: L,
     frame: &DepthMap,
     (sixteen, first): (&Sixteen, usize),
-    blockers: &Blockers,
+    of: &Listed<'_>,
     size: usize,
     map: &mut [u32],
 ) -> u64 {
@@ -81,8 +80,11 @@ fn draw_masked_ones<L: Lanes>(
     while bits != 0 {
         let k = bits.trailing_zeros() as usize % LANES;
         bits &= bits - 1;
-        if let Some(masked) = blockers.masked.get(first + k) {
-            work += draw_masked(frame, blockers, masked, size, map);
+        let masked = of.masked(first + k);
+        let cutout = masked.and_then(|masked| of.blockers.cutouts.get(masked.cutout as usize));
+        if let (Some(masked), Some(cutout)) = (masked, cutout) {
+            let corners = each!(corner => each!(c => sixteen.0[3 * corner + c][k]));
+            work += draw_masked(frame, (masked, cutout), &corners, size, map);
         }
     }
     work
@@ -360,9 +362,13 @@ pub(super) fn texels_of(corners: &[[f32; 3]; 3], size: usize) -> Option<[[usize;
 }
 
 /// Draws a triangle where its alpha lets it be.
-fn draw_masked(frame: &DepthMap, blockers: &Blockers, masked: &Masked, size: usize, map: &mut [u32]) -> u64 {
-    let Some(corners) = blockers.corners(&masked.corners) else { return 0 };
-    let Some(cutout) = blockers.cutouts.get(masked.cutout as usize) else { return 0 };
+fn draw_masked(
+    frame: &DepthMap,
+    (masked, cutout): (&Masked, &Cutout),
+    corners: &[[f32; 3]; 3],
+    size: usize,
+    map: &mut [u32],
+) -> u64 {
     let corner = |k: usize| Corner {
         place: frame.project_one(&corners[k]),
         uv: masked.uvs[k],

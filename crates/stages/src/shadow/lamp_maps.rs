@@ -6,7 +6,7 @@
 use super::blockers::Blockers;
 use super::bounds::{larger, mapped_sphere};
 use super::depth_map::{DEEPEST, DepthMap, MARGIN, OUTERMOST, SIZES, basis, depth_at, open, pack};
-use super::slab::Slab;
+use super::slab::{Allowance, Slab};
 use super::tint_map::Source;
 use overcoat_core::dispatch_available;
 use overcoat_core::each;
@@ -22,7 +22,7 @@ pub struct LampSource {
     pub place: LampPlace,
     /// Its radius in metres; of light from afar, the tangent of half the angle that it is seen under.
     pub radius: f32,
-    /// Texels along a side of its maps; counts as 16 to 4096.
+    /// Texels along a side of its maps; counts as 16 to 4096. With 0 it has none, and nothing blocks its light.
     pub size: usize,
     /// Places that are averaged where its shadow has an edge; counts as 8 to 16.
     pub places: usize,
@@ -81,19 +81,29 @@ pub(super) struct LampMap {
 /// The maps of several lamps.
 #[derive(Clone, Debug, Default)]
 pub struct LampMaps {
-    lamps: Vec<LampMap>,
+    /// Nothing of lamps without maps.
+    lamps: Vec<Option<LampMap>>,
     /// As [`DepthMaps`](super::DepthMaps) have them, map by map.
     texels: Vec<u32>,
+    /// Sixteens of triangles and texels that drawing them has looked at.
+    work: u64,
+}
+
+/// Lamp of a map.
+#[derive(Clone, Copy)]
+struct LampFrame {
+    number: usize,
+    /// Texels along a side.
+    size: usize,
+    /// See [`LampMap`].
+    far: f32,
 }
 
 /// A map that is being drawn.
 struct DrawnMap<'a> {
-    /// Its lamp.
-    number: usize,
+    of: LampFrame,
     frame: DepthMap,
     map: &'a mut [u32],
-    /// Sixteens of triangles and texels that were looked at.
-    work: u64,
     /// Distance of what is nearest to the lamp.
     nearest: f32,
 }
@@ -188,18 +198,23 @@ impl LampMaps {
         level: SimdLevel,
     ) -> Result<Self, LimitExceeded> {
         let what = || "depth maps of lamps".to_owned();
-        let sphere = if sources.is_empty() { None } else { mapped_sphere(&blockers.positions, jobs) };
+        let sphere = if sources.is_empty() { None } else { mapped_sphere(&blockers.parts(), jobs) };
         let Some((centre, radius)) = sphere else { return Ok(Self::default()) };
         // The maps, each with the number of its lamp.
-        let mut frames: Vec<(usize, DepthMap)> = Vec::new();
-        let mut lamps: Vec<LampMap> = Vec::new();
+        let mut frames: Vec<(LampFrame, DepthMap)> = Vec::new();
+        let mut lamps: Vec<Option<LampMap>> = Vec::new();
         let mut texels = 0_usize;
         for (number, source) in sources.iter().enumerate() {
+            if source.size == 0 {
+                lamps.push(None);
+                continue;
+            }
             let size = source.size.clamp(SIZES[0], SIZES[1]);
             let (lamp, own) = LampMap::of(source, (centre, radius), texels, size);
-            lamps.push(lamp);
             texels = texels.saturating_add(own.len().saturating_mul(size * size));
-            frames.extend(own.into_iter().map(|frame| (number, frame)));
+            let of = LampFrame { number, size, far: lamp.far };
+            frames.extend(own.into_iter().map(|frame| (of, frame)));
+            lamps.push(Some(lamp));
         }
         let beside = blockers.bytes().saturating_add(Slab::bytes(blockers));
         let bytes = (texels as u64).saturating_mul(4).saturating_add(beside);
@@ -207,42 +222,40 @@ impl LampMaps {
         // They have numbers of 31 bits.
         Limits::check(what, texels as u64, 1 << 31, "frame_bytes")?;
         Limits::check_memory(what, bytes)?;
-        let mut maps = Self { lamps, texels: vec![0; texels] };
-        let work = maps.draw(frames, blockers, limits.blocks, jobs, level);
-        if work > limits.blocks {
+        let mut maps = Self { lamps, texels: vec![0; texels], work: 0 };
+        let allowance = Allowance::new(limits.blocks);
+        maps.draw(frames, blockers, &allowance, jobs, level);
+        if allowance.is_passed() {
             return Err(LimitExceeded::beyond("depth maps of lamps", limits.blocks, "blocks"));
         }
+        maps.work = allowance.spent();
         Ok(maps)
     }
 
-    /// Draws all maps, each with the number of its lamp, and counts the sixteens of triangles and texels that are looked at. They
-    /// are unfinished if these are more than `most`.
+    /// Draws all maps, each with the number of its lamp. They are unfinished if that takes more than is allowed.
     fn draw(
         &mut self,
-        frames: Vec<(usize, DepthMap)>,
+        frames: Vec<(LampFrame, DepthMap)>,
         blockers: &Blockers,
-        most: u64,
+        allowance: &Allowance,
         jobs: &Jobs,
         level: SimdLevel,
-    ) -> u64 {
+    ) {
         let mut rest = &mut self.texels[..];
         let mut drawn = Vec::new();
-        for (number, frame) in frames {
-            let (map, others) = std::mem::take(&mut rest).split_at_mut(self.lamps[number].size.pow(2));
+        for (of, frame) in frames {
+            let (map, others) = std::mem::take(&mut rest).split_at_mut(of.size.pow(2));
             rest = others;
-            drawn.push(DrawnMap { number, frame, map, work: 0, nearest: f32::INFINITY });
+            drawn.push(DrawnMap { of, frame, map, nearest: f32::INFINITY });
         }
-        let lamps = &self.lamps;
-        let work = Slab::for_each(blockers, jobs, most, |slab| {
-            jobs.for_each_mut(&mut drawn, |_, DrawnMap { number, frame, map, work, .. }| {
+        Slab::for_each(blockers, jobs, allowance, |slab| {
+            jobs.for_each_mut(&mut drawn, |_, DrawnMap { of, frame, map, .. }| {
                 let frame = std::slice::from_ref(frame);
-                let size = lamps[*number].size;
-                dispatch_available!(level, l => *work = slab.draw(l, frame, most, size, map));
+                dispatch_available!(level, l => slab.draw(l, frame, allowance, of.size, map));
             });
-            drawn.iter().fold(0, |sum: u64, map| sum.saturating_add(map.work))
         });
-        jobs.for_each_mut(&mut drawn, |_, DrawnMap { number, frame, map, nearest, .. }| {
-            let LampMap { size, far, .. } = lamps[*number];
+        jobs.for_each_mut(&mut drawn, |_, DrawnMap { of, frame, map, nearest, .. }| {
+            let LampFrame { size, far, .. } = *of;
             dispatch_available!(level, l => {
                 if frame.near > 0.0 {
                     *nearest = from_inverse(l, frame, far, map);
@@ -251,23 +264,37 @@ impl LampMaps {
             });
         });
         for map in &drawn {
-            let nearest = &mut self.lamps[map.number].nearest;
-            *nearest = if map.nearest < *nearest { map.nearest } else { *nearest };
+            if let Some(lamp) = &mut self.lamps[map.of.number] {
+                lamp.nearest = if map.nearest < lamp.nearest { map.nearest } else { lamp.nearest };
+            }
         }
-        work
     }
 
-    /// Number of maps that lamps have between them.
+    /// Number of maps that each lamp has.
     #[must_use]
-    pub fn count(blockers: &Blockers, sources: &[LampSource], jobs: &Jobs) -> usize {
+    pub fn counts(blockers: &Blockers, sources: &[LampSource], jobs: &Jobs) -> Vec<usize> {
         let sphere = if sources.is_empty() { None } else { blockers.bounding_sphere(jobs) };
-        let Some((centre, radius)) = sphere else { return 0 };
-        sources.iter().map(|source| source.place.frames(centre, radius, SIZES[0]).1.len()).sum()
+        let count = |source: &LampSource| {
+            sphere.map_or(0, |(centre, radius)| source.place.frames(centre, radius, SIZES[0]).1.len())
+        };
+        sources.iter().map(count).collect()
+    }
+
+    /// Number of maps that can be drawn within limits at most: each looks at all triangles.
+    #[must_use]
+    pub fn most(limits: &Limits, blockers: &Blockers) -> u64 {
+        limits.blocks / Slab::sixteens(blockers).max(1)
     }
 
     /// All texels, as they are in memory.
     pub fn texels(&self) -> &[u32] {
         &self.texels
+    }
+
+    /// Sixteens of triangles and texels that drawing them has looked at.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// Number of lamps.
@@ -284,7 +311,7 @@ impl LampMaps {
 
     /// The maps of a lamp.
     pub(super) fn lamp(&self, number: usize) -> Option<&LampMap> {
-        self.lamps.get(number)
+        self.lamps.get(number)?.as_ref()
     }
 
     /// Share of the four texels around places that are no nearer to a lamp than they are, by their bilinear weights.

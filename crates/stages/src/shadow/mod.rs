@@ -17,6 +17,7 @@ mod lamp_filter;
 mod lamp_maps;
 mod of_scene;
 mod pyramid;
+mod repeated;
 mod slab;
 mod sliver;
 #[cfg(test)]
@@ -31,5 +32,6 @@ pub use lamp_filter::Receiver;
 pub use lamp_maps::{LampMaps, LampPlace, LampSource};
 pub use of_scene::{Blocking, blocking_draws};
 pub use pyramid::Pyramids;
+pub use repeated::Repeated;
 pub use tint_maps::{LampTints, TintMaps};
 pub use tinted::{Tinted, textures_of_tint, tints};

@@ -1,9 +1,12 @@
 //! Occluders of a scene.
 
 use super::blockers::{Blockers, Cutout, Masked};
+use super::repeated::Repeated;
+use super::slab::List;
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_scene::{AlphaMode, Instance, Material, Mesh, PrimitiveKind, Scene, Texture, Wrap};
+use std::collections::BTreeMap;
 
 /// Most texels of a cutout are the square of this; of a larger texture, a smaller mip level is taken. The texels of a depth
 /// map are far coarser.
@@ -38,57 +41,98 @@ impl Blockers {
     /// # Errors
     /// [`LimitExceeded`] if they would take more than [`Limits::frame_bytes`].
     pub fn of_scene(scene: &Scene, limits: &Limits, jobs: &Jobs) -> Result<Self, LimitExceeded> {
-        let instances: Vec<(&Instance, Blocking)> =
-            blocking_draws(scene).map(|(_, instance, blocking)| (instance, blocking)).collect();
+        let instances: Vec<(&Instance, Kind)> = blocking_draws(scene)
+            .map(|(_, instance, blocking)| (instance, Kind::of(scene, instance, blocking)))
+            .collect();
+        let mut places: BTreeMap<Kind, usize> = BTreeMap::new();
+        instances.iter().for_each(|(_, kind)| *places.entry(*kind).or_default() += 1);
         let mut out = Self::default();
-        out.reserve(scene, &instances, limits)?;
-        // By materials: the numbers of their cutouts, once they have been made.
-        let mut cutouts: Vec<Option<u32>> = vec![None; scene.materials().len()];
-        for (instance, blocking) in instances {
-            let mesh = &scene.meshes()[instance.mesh.index()];
-            let material = &scene.materials()[instance.material.index()];
-            let first = out.place(instance, mesh, jobs);
-            // Counter-clockwise in the scene, where that matters.
-            let turned = !material.double_sided && instance.transform.determinant() < 0.0;
-            let triangles =
-                mesh.triangles().iter().map(|&[a, b, c]| if turned { [a, c, b] } else { [a, b, c] });
-            if blocking == Blocking::Solid {
-                let list = if material.double_sided { &mut out.triangles } else { &mut out.one_sided };
-                list.extend(triangles.map(|triangle| triangle.map(|vertex| vertex + first)));
+        out.reserve(scene, &places, limits)?;
+        let mut cutouts = Cutouts::of(scene);
+        let mut numbers: BTreeMap<Kind, usize> = BTreeMap::new();
+        for (instance, kind) in instances {
+            if places.get(&kind) == Some(&1) {
+                out.add(scene, (instance, kind), &mut cutouts, jobs);
                 continue;
             }
-            let cutout = *cutouts[instance.material.index()].get_or_insert_with(|| {
-                out.cutouts.push(cutout_of(scene, material));
-                out.cutouts.len() as u32 - 1
+            let number = *numbers.entry(kind).or_insert_with(|| {
+                let repeated = out.repeat(scene, kind, &mut cutouts);
+                out.repeated.push(repeated);
+                out.repeated.len() - 1
             });
-            out.masked.extend(triangles.map(|triangle| masked(mesh, material, &triangle, first, cutout)));
+            out.repeated[number].add(instance.transform);
         }
         Ok(out)
     }
 
-    /// Makes room for what blocks of instances.
+    /// Adds the triangles of a mesh that stands once.
+    fn add(
+        &mut self,
+        scene: &Scene,
+        (instance, kind): (&Instance, Kind),
+        cutouts: &mut Cutouts,
+        jobs: &Jobs,
+    ) {
+        let mesh = &scene.meshes()[kind.mesh];
+        let first = self.place(instance, mesh, jobs);
+        let triangles = || kind.triangles(mesh).map(|triangle| triangle.map(|vertex| vertex + first));
+        match kind.list {
+            List::Solid => self.triangles.extend(triangles()),
+            List::OneSided => self.one_sided.extend(triangles()),
+            List::Masked => {
+                let material = &scene.materials()[kind.material];
+                let cutout = cutouts.number(scene, kind.material, &mut self.cutouts);
+                let masked =
+                    kind.triangles(mesh).map(|triangle| masked(mesh, material, &triangle, first, cutout));
+                self.masked.extend(masked);
+            }
+        }
+    }
+
+    /// A mesh that stands at several places, at none of them yet.
+    fn repeat(&mut self, scene: &Scene, kind: Kind, cutouts: &mut Cutouts) -> Repeated {
+        let mesh = &scene.meshes()[kind.mesh];
+        let repeated = Repeated::new(mesh, kind.list, kind.is_turned);
+        if kind.list != List::Masked {
+            return repeated;
+        }
+        let material = &scene.materials()[kind.material];
+        let cutout = cutouts.number(scene, kind.material, &mut self.cutouts);
+        let holes = kind.triangles(mesh).map(|triangle| masked(mesh, material, &triangle, 0, cutout));
+        repeated.with_holes(holes.collect())
+    }
+
+    /// Makes room for what blocks of meshes at so many places.
     fn reserve(
         &mut self,
         scene: &Scene,
-        instances: &[(&Instance, Blocking)],
+        places: &BTreeMap<Kind, usize>,
         limits: &Limits,
     ) -> Result<(), LimitExceeded> {
         let what = || "triangles that block light".to_owned();
         let (mut positions, mut solid, mut one_sided) = (0_usize, 0_usize, 0_usize);
         let (mut masked, mut cutouts) = (0_usize, 0_usize);
+        let mut repeated = 0_u64;
         let mut has_cutout = vec![false; scene.materials().len()];
-        for (instance, blocking) in instances {
-            let mesh = &scene.meshes()[instance.mesh.index()];
+        for (kind, &places) in places {
+            let mesh = &scene.meshes()[kind.mesh];
+            let triangles = mesh.triangles().len();
+            if kind.list == List::Masked {
+                cutouts += usize::from(!has_cutout[kind.material]);
+                has_cutout[kind.material] = true;
+            }
+            if places > 1 {
+                let holes = if kind.list == List::Masked { triangles } else { 0 };
+                repeated = repeated.saturating_add(Repeated::bytes_of(mesh, places, holes));
+                continue;
+            }
             positions = positions.saturating_add(mesh.positions().len());
-            let count = match blocking {
-                Blocking::Solid if scene.materials()[instance.material.index()].double_sided => &mut solid,
-                Blocking::Solid => &mut one_sided,
-                _ => &mut masked,
+            let count = match kind.list {
+                List::Solid => &mut solid,
+                List::OneSided => &mut one_sided,
+                List::Masked => &mut masked,
             };
-            *count = count.saturating_add(mesh.triangles().len());
-            let has_cutout = &mut has_cutout[instance.material.index()];
-            cutouts += usize::from(*blocking == Blocking::Masked && !*has_cutout);
-            *has_cutout |= *blocking == Blocking::Masked;
+            *count = count.saturating_add(triangles);
         }
         let parts = [
             (positions, size_of::<[f32; 3]>()),
@@ -97,9 +141,10 @@ impl Blockers {
             (cutouts, (CUTOUT_SIDE as usize).pow(2)),
         ];
         let bytes = parts.iter().fold(0_usize, |sum, (n, size)| sum.saturating_add(n.saturating_mul(*size)));
-        Limits::check(what, bytes as u64, limits.frame_bytes, "frame_bytes")?;
+        let bytes = repeated.saturating_add(bytes as u64);
+        Limits::check(what, bytes, limits.frame_bytes, "frame_bytes")?;
         Limits::check(what, positions as u64, u64::from(u32::MAX), "vertices")?;
-        Limits::check_memory(what, bytes as u64)?;
+        Limits::check_memory(what, bytes)?;
         self.positions.reserve_exact(positions);
         self.triangles.reserve_exact(solid);
         self.one_sided.reserve_exact(one_sided);
@@ -122,6 +167,52 @@ impl Blockers {
             }
         });
         first as u32
+    }
+}
+
+/// Triangles that may be kept once for all instances that have them: those of a mesh that block light alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Kind {
+    mesh: usize,
+    list: List,
+    /// Index of the material with the holes; 0 of what has none.
+    material: usize,
+    /// Corners change their order, to be counter-clockwise in the scene where that matters.
+    is_turned: bool,
+}
+
+impl Kind {
+    fn of(scene: &Scene, instance: &Instance, blocking: Blocking) -> Self {
+        let number = instance.material.index();
+        let two_sided = scene.materials()[number].double_sided;
+        let (list, material) = match blocking {
+            Blocking::Solid if two_sided => (List::Solid, 0),
+            Blocking::Solid => (List::OneSided, 0),
+            _ => (List::Masked, number),
+        };
+        let is_turned = !two_sided && instance.transform.determinant() < 0.0;
+        Self { mesh: instance.mesh.index(), list, material, is_turned }
+    }
+
+    /// The triangles of the mesh in that order.
+    fn triangles(self, mesh: &Mesh) -> impl Iterator<Item = [u32; 3]> {
+        mesh.triangles().iter().map(move |&[a, b, c]| if self.is_turned { [a, c, b] } else { [a, b, c] })
+    }
+}
+
+/// Numbers of the cutouts of materials, once they have been made.
+struct Cutouts(Vec<Option<u32>>);
+
+impl Cutouts {
+    fn of(scene: &Scene) -> Self {
+        Self(vec![None; scene.materials().len()])
+    }
+
+    fn number(&mut self, scene: &Scene, material: usize, cutouts: &mut Vec<Cutout>) -> u32 {
+        *self.0[material].get_or_insert_with(|| {
+            cutouts.push(cutout_of(scene, &scene.materials()[material]));
+            cutouts.len() as u32 - 1
+        })
     }
 }
 

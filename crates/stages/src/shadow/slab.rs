@@ -1,8 +1,10 @@
 //! The triangles that block light, gathered for depth maps a slab at a time: a list of millions is never there twice.
 
-use super::blockers::Blockers;
+use super::blockers::{Blockers, Masked};
+use super::repeated::Repeated;
 use overcoat_core::jobs::Jobs;
 use overcoat_core::math::lanes::LANES;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The corners of sixteen triangles: x, y and z of the first, the second, the third. Aligned, so that a vector is one line of
 /// the cache.
@@ -17,7 +19,7 @@ const SIXTEENS_PER_SLAB: usize = 1 << 13;
 const SIXTEENS_PER_JOB: usize = 1 << 10;
 
 /// List of occluders that triangles are taken from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum List {
     /// [`Blockers::triangles`].
     Solid,
@@ -27,87 +29,167 @@ pub(super) enum List {
     Masked,
 }
 
+impl List {
+    const ALL: [Self; 3] = [Self::Solid, Self::OneSided, Self::Masked];
+}
+
+/// All triangles of one list: those that stand once, then those of meshes at several places.
+pub(super) struct Listed<'a> {
+    pub blockers: &'a Blockers,
+    pub list: List,
+    /// Number of triangles that stand once.
+    once: usize,
+    /// Meshes at several places, each with the number of its first triangle.
+    repeated: Vec<(usize, &'a Repeated)>,
+    /// Number of all.
+    len: usize,
+}
+
 /// Consecutive triangles of one list. All corners stand one after the other: looking them up takes longer than to turn them, and
 /// every map turns them.
 pub(super) struct Slab<'a> {
-    pub blockers: &'a Blockers,
-    pub list: List,
+    pub of: Listed<'a>,
     /// Number of the first triangle in its list.
     pub first: usize,
     pub sixteens: Vec<Sixteen>,
 }
 
+impl<'a> Listed<'a> {
+    fn new(blockers: &'a Blockers, list: List) -> Self {
+        let once = match list {
+            List::Solid => blockers.triangles.len(),
+            List::OneSided => blockers.one_sided.len(),
+            List::Masked => blockers.masked.len(),
+        };
+        let mut len = once;
+        let mut number = |repeated: &'a Repeated| {
+            let first = len;
+            len = len.saturating_add(repeated.len());
+            (first, repeated)
+        };
+        let of_list = blockers.repeated.iter().filter(|repeated| repeated.list == list);
+        let repeated = of_list.map(&mut number).collect();
+        Self { blockers, list, once, repeated, len }
+    }
+
+    /// The mesh of a triangle, and the triangle's number over all of its places.
+    fn repeated(&self, number: usize) -> Option<(&'a Repeated, usize)> {
+        let after = self.repeated.partition_point(|(first, _)| *first <= number);
+        let (first, repeated) = self.repeated.get(after.checked_sub(1)?)?;
+        Some((repeated, number - first))
+    }
+
+    /// The corners of a triangle, if they exist and are finite.
+    fn corners(&self, number: usize) -> Option<[[f32; 3]; 3]> {
+        if number >= self.once {
+            let (repeated, number) = self.repeated(number)?;
+            return repeated.corners(number);
+        }
+        let Self { blockers, list, .. } = self;
+        let triangle = match list {
+            List::Solid => blockers.triangles.get(number),
+            List::OneSided => blockers.one_sided.get(number),
+            List::Masked => blockers.masked.get(number).map(|masked| &masked.corners),
+        };
+        blockers.corners(triangle?)
+    }
+
+    /// The holes of a triangle.
+    pub(super) fn masked(&self, number: usize) -> Option<&'a Masked> {
+        if number >= self.once {
+            let (repeated, number) = self.repeated(number)?;
+            return repeated.masked(number);
+        }
+        self.blockers.masked.get(number)
+    }
+
+    /// Takes up to sixteen triangles from a number on. Those that are not there, or have corners that are no numbers, stay points,
+    /// which cover nothing.
+    fn gather(&self, first: usize, sixteen: &mut Sixteen) {
+        for k in 0..LANES.min(self.len.saturating_sub(first)) {
+            let Some(corners) = self.corners(first + k) else { continue };
+            for (place, number) in corners.as_flattened().iter().enumerate() {
+                sixteen.0[place][k] = *number;
+            }
+        }
+    }
+}
+
+/// Work that drawing maps may take, counted on all threads: the sixteens of triangles and of texels that are looked at. The sum
+/// depends on timing once it is beyond what is allowed; that it is, does not.
+pub(super) struct Allowance {
+    spent: AtomicU64,
+    most: u64,
+}
+
+impl Allowance {
+    pub(super) fn new(most: u64) -> Self {
+        Self { spent: AtomicU64::new(0), most }
+    }
+
+    /// Counts work that is done; false if no more is to be begun.
+    pub(super) fn spend(&self, work: u64) -> bool {
+        self.spent.fetch_add(work, Ordering::Relaxed);
+        !self.is_passed()
+    }
+
+    /// Work that is done.
+    pub(super) fn spent(&self) -> u64 {
+        self.spent.load(Ordering::Relaxed)
+    }
+
+    /// True if more was done than is allowed: the maps are unfinished.
+    pub(super) fn is_passed(&self) -> bool {
+        self.spent() > self.most
+    }
+}
+
 impl<'a> Slab<'a> {
-    /// Gathers all triangles, slab by slab, for `draw`, which returns its work. Returns the sum; beyond `most` the rest is left
-    /// out.
+    /// Gathers all triangles, slab by slab, for `draw`, until more than what is allowed is done.
     pub(super) fn for_each(
         blockers: &'a Blockers,
         jobs: &Jobs,
-        most: u64,
-        mut draw: impl FnMut(&Self) -> u64,
-    ) -> u64 {
-        let mut slab = Self { blockers, list: List::Solid, first: 0, sixteens: Vec::new() };
-        let mut work = 0_u64;
-        for list in [List::Solid, List::OneSided, List::Masked] {
-            slab.list = list;
-            for first in (0..list.len(blockers)).step_by(SIXTEENS_PER_SLAB * LANES) {
+        allowance: &Allowance,
+        mut draw: impl FnMut(&Self),
+    ) {
+        let mut sixteens = Vec::new();
+        for list in List::ALL {
+            let mut slab = Self { of: Listed::new(blockers, list), first: 0, sixteens };
+            for first in (0..slab.of.len).step_by(SIXTEENS_PER_SLAB * LANES) {
                 slab.gather(first, jobs);
-                work = work.saturating_add(draw(&slab));
-                if work > most {
-                    return work;
+                draw(&slab);
+                if allowance.is_passed() {
+                    return;
                 }
             }
+            sixteens = slab.sixteens;
         }
-        work
+    }
+
+    /// Number of sixteens of all triangles.
+    pub(super) fn sixteens(blockers: &Blockers) -> u64 {
+        List::ALL.map(|list| Listed::new(blockers, list).len.div_ceil(LANES) as u64).into_iter().sum()
     }
 
     /// Bytes that slabs take at most.
     pub(super) fn bytes(blockers: &Blockers) -> u64 {
-        let longest =
-            [List::Solid, List::OneSided, List::Masked].map(|list| list.len(blockers)).into_iter().max();
+        let longest = List::ALL.map(|list| Listed::new(blockers, list).len).into_iter().max();
         let sixteens = longest.unwrap_or(0).div_ceil(LANES).min(SIXTEENS_PER_SLAB);
         (sixteens * size_of::<Sixteen>()) as u64
     }
 
     /// Takes triangles of the list from a number on.
     fn gather(&mut self, first: usize, jobs: &Jobs) {
-        let Self { blockers, list, .. } = *self;
-        self.first = first;
-        let count = (list.len(blockers) - first).min(SIXTEENS_PER_SLAB * LANES);
-        self.sixteens.clear();
-        self.sixteens.resize(count.div_ceil(LANES), Sixteen([[0.0; LANES]; 9]));
-        jobs.for_each_chunk_mut(&mut self.sixteens, SIXTEENS_PER_JOB, |job, sixteens| {
+        let Self { of, sixteens, .. } = self;
+        let count = (of.len - first).min(SIXTEENS_PER_SLAB * LANES);
+        sixteens.clear();
+        sixteens.resize(count.div_ceil(LANES), Sixteen([[0.0; LANES]; 9]));
+        jobs.for_each_chunk_mut(sixteens, SIXTEENS_PER_JOB, |job, sixteens| {
             let first = first + job * SIXTEENS_PER_JOB * LANES;
             for (k, sixteen) in sixteens.iter_mut().enumerate() {
-                list.gather(blockers, first + k * LANES, sixteen);
+                of.gather(first + k * LANES, sixteen);
             }
         });
-    }
-}
-
-impl List {
-    /// Number of triangles.
-    fn len(self, blockers: &Blockers) -> usize {
-        match self {
-            Self::Solid => blockers.triangles.len(),
-            Self::OneSided => blockers.one_sided.len(),
-            Self::Masked => blockers.masked.len(),
-        }
-    }
-
-    /// Takes up to sixteen triangles from a number on. Those that are not there, or have corners that are no numbers, stay points,
-    /// which cover nothing.
-    fn gather(self, blockers: &Blockers, first: usize, sixteen: &mut Sixteen) {
-        for k in 0..LANES {
-            let triangle = match self {
-                Self::Solid => blockers.triangles.get(first + k),
-                Self::OneSided => blockers.one_sided.get(first + k),
-                Self::Masked => blockers.masked.get(first + k).map(|masked| &masked.corners),
-            };
-            let Some(corners) = triangle.and_then(|triangle| blockers.corners(triangle)) else { continue };
-            for (place, number) in corners.as_flattened().iter().enumerate() {
-                sixteen.0[place][k] = *number;
-            }
-        }
+        self.first = first;
     }
 }

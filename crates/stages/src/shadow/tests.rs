@@ -444,8 +444,10 @@ fn hostile_geometry_makes_maps_of_numbers() {
         let masked = masked.collect();
         let cutouts = vec![checker(2)];
         let one_sided = triangles.clone();
-        let maps =
-            maps(&Blockers { positions: positions.clone(), triangles, one_sided, masked, cutouts }, 32);
+        let (positions, repeated) = (positions.clone(), Vec::new());
+        let blockers = Blockers { positions, triangles, one_sided, masked, cutouts, repeated };
+        let maps = maps(&blockers, 32);
+        let positions = blockers.positions;
         for map in 0..maps.len() {
             assert!(maps.depths(map).iter().all(|depth| !depth.is_nan()), "{positions:?}");
             let seen = visibility(&maps, map, positions[0]);

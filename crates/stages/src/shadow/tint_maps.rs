@@ -3,7 +3,7 @@
 //! A texel knows the outermost tinted surface and what all together let pass: what lies between two of them is tinted as if it
 //! lay below both.
 
-use super::bounds::{larger, mapped_sphere, smaller};
+use super::bounds::{larger, mapped_sphere, parts_of, smaller};
 use super::depth_map::{DEEPEST, DepthMap, LEAST_LIT, LIFT, MARGIN, OUTERMOST, SIZES};
 use super::disc::{DISC, OUTSIDE, OVERLAP};
 use super::lamp_filter::Receiver;
@@ -99,7 +99,7 @@ impl TintMaps {
         level: SimdLevel,
     ) -> Result<Self, LimitExceeded> {
         let size = size.clamp(SIZES[0], LARGEST);
-        let sphere = if tinted.is_empty() { None } else { mapped_sphere(&tinted.positions, jobs) };
+        let sphere = if tinted.is_empty() { None } else { mapped_sphere(&parts_of(&tinted.positions), jobs) };
         let Some((centre, radius)) = sphere else { return Ok(Self::default()) };
         let step = 2.0 * radius / (OUTERMOST - DEEPEST);
         let maps: Vec<(DepthMap, Source, usize)> = directions
@@ -235,7 +235,7 @@ impl LampTints {
         level: SimdLevel,
     ) -> Result<Self, LimitExceeded> {
         let none = tinted.is_empty() || sources.is_empty();
-        let sphere = if none { None } else { mapped_sphere(&tinted.positions, jobs) };
+        let sphere = if none { None } else { mapped_sphere(&parts_of(&tinted.positions), jobs) };
         let Some((centre, radius)) = sphere else { return Ok(Self::default()) };
         let (mut lamps, mut maps, mut first) = (Vec::new(), Vec::new(), 0);
         for source in sources {

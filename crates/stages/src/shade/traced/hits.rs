@@ -123,10 +123,10 @@ impl TracedLight<'_> {
         let (mut position, mut view, mut distance) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [0.0; LANES]);
         for lane in 0..LANES {
             let hit = &hits[numbers[lane.min(numbers.len() - 1)] as usize];
-            let (draw, triangle) = self.place(hit.triangle);
-            let of = &context.draws[draw as usize];
-            vertices[lane] = (of.mesh.triangles()[triangle as usize], draw);
-            let [a, b, c] = self.corners[hit.triangle as usize];
+            let (place, triangle) = self.place(hit.triangle);
+            let of = &context.draws[place.draw as usize];
+            vertices[lane] = (of.mesh.triangles()[triangle as usize], place.draw);
+            let [a, b, c] = self.corners(context, (place, triangle));
             let [v, w] = hit.barycentrics;
             let (mut edges, mut lengths) = ([[0.0; 3]; 2], [0.0_f32; 2]);
             for k in 0..3 {

@@ -15,11 +15,11 @@ pub use emitters::Emitters;
 pub use found::Found;
 pub use lobe::TracedLobe;
 
-use super::ShadeContext;
 use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
 use super::occlusion::LightOcclusion;
 use super::record::{get, get_vector};
 use super::surface::hit_opacity;
+use super::{ShadeContext, ShadingCost};
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
@@ -36,10 +36,10 @@ use overcoat_scene::{AlphaMode, Material};
 pub struct TracedLight<'a> {
     /// The triangles.
     pub hierarchy: &'a Hierarchy,
-    /// Their corners in world space.
+    /// The corners, in world space, of those that stand once.
     pub corners: &'a [[[f32; 3]; 3]],
-    /// The draws that have triangles among them, and the first triangle of each.
-    pub draws: &'a [(u32, u32)],
+    /// The draws that have triangles among them.
+    pub draws: &'a [TracedDraw],
     /// The rays of a lobe.
     pub samples: &'a LobeSamples,
     /// Length below which distances mean nothing.
@@ -48,6 +48,19 @@ pub struct TracedLight<'a> {
     pub emitters: &'a Emitters,
     /// Occlusion of the environment at the places that are hit.
     pub occlusion: LightOcclusion<'a>,
+}
+
+/// A draw whose triangles rays can hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TracedDraw {
+    /// Number of the draw.
+    pub draw: u32,
+    /// Number of its first triangle.
+    pub first: u32,
+    /// Place of that in [`TracedLight::corners`], if it is there.
+    pub listed: u32,
+    /// Rows of its transform if its mesh is kept once, at several places.
+    pub rows: Option<[[f64; 4]; 3]>,
 }
 
 /// Fragments that send rays.
@@ -75,6 +88,14 @@ impl TraceScratch {
     #[must_use]
     pub fn waiting(&self) -> usize {
         self.hits.len()
+    }
+
+    /// Cost of the rays that were sent since the last call, and of shading what they hit, which is left unshaded for good.
+    pub fn take_cost(&mut self, hierarchy: &Hierarchy, costs: &[ShadingCost]) -> u64 {
+        let of_hit = |hit: &RayHit| costs.get(hit.material as usize).map_or(0, |cost| cost.hit);
+        let hits: u64 = self.hits.iter().map(of_hit).sum();
+        self.forget();
+        ShadingCost::of_visits(self.traversal.take_visited(), hierarchy.bytes()).saturating_add(hits)
     }
 
     /// Leaves hits that wait unshaded, for good.
@@ -201,7 +222,7 @@ impl TracedLight<'_> {
                 let TraceScratch { traversal, batch, hits, .. } = scratch;
                 if let Some(met) = self.nearest(l, context, &ray, traversal, batch) {
                     hit |= 1 << lane;
-                    let (draw, _) = self.place(met.triangle);
+                    let (of, _) = self.place(met.triangle);
                     hits.push(RayHit {
                         sender,
                         lobe,
@@ -209,7 +230,7 @@ impl TracedLight<'_> {
                         weight: weights[lane],
                         direction,
                         triangle: met.triangle,
-                        material: context.draws[draw as usize].material,
+                        material: context.draws[of.draw as usize].material,
                         barycentrics: met.barycentrics,
                         distance: met.distance,
                         spread: spread[lane],
@@ -257,30 +278,37 @@ impl TracedLight<'_> {
         (hit, along): (&Hit, [f32; 3]),
         batch: &mut Batch,
     ) -> bool {
-        let (draw, triangle) = self.place(hit.triangle);
-        let of = &context.draws[draw as usize];
+        let (place, triangle) = self.place(hit.triangle);
+        let of = &context.draws[place.draw as usize];
         let material = &context.materials[of.material as usize];
-        if !material.double_sided && self.shows_back(hit.triangle, along, of.handedness) {
-            return false;
+        if !material.double_sided {
+            let (normal, _) = cross(&self.corners(context, (place, triangle)));
+            if dot(normal, along) * of.handedness > 0.0 {
+                return false;
+            }
         }
         let AlphaMode::Mask { cutoff } = material.alpha_mode else { return true };
-        batch.of_hits(&[(of.mesh.triangles()[triangle as usize], draw)], 0);
+        batch.of_hits(&[(of.mesh.triangles()[triangle as usize], place.draw)], 0);
         let weights = hit.barycentrics.map(|b| l.splat(b));
         hit_opacity(l, context, material, batch, weights).to_array()[0] >= cutoff
     }
 
-    /// True if a triangle shows its back to one who looks along a direction.
-    #[inline(always)]
-    fn shows_back(&self, triangle: u32, along: [f32; 3], handedness: f32) -> bool {
-        let (normal, _) = cross(&self.corners[triangle as usize]);
-        dot(normal, along) * handedness > 0.0
+    /// The draw of a triangle, and the triangle's number in it.
+    fn place(&self, triangle: u32) -> (&TracedDraw, u32) {
+        let after = self.draws.partition_point(|of| of.first <= triangle);
+        let of = &self.draws[after.saturating_sub(1)];
+        (of, triangle - of.first)
     }
 
-    /// The draw of a triangle, and the triangle's number in it.
-    fn place(&self, triangle: u32) -> (u32, u32) {
-        let after = self.draws.partition_point(|(_, first)| *first <= triangle);
-        let (draw, first) = self.draws[after.saturating_sub(1)];
-        (draw, triangle - first)
+    /// The corners of a triangle of a draw, in world space.
+    fn corners(&self, context: &ShadeContext<'_>, (of, triangle): (&TracedDraw, u32)) -> [[f32; 3]; 3] {
+        let Some(rows) = &of.rows else { return self.corners[(of.listed + triangle) as usize] };
+        let mesh = context.draws[of.draw as usize].mesh;
+        mesh.triangles()[triangle as usize].map(|vertex| {
+            let [x, y, z] = mesh.positions()[vertex as usize].map(f64::from);
+            // The arithmetic of `Transform::point`.
+            rows.map(|row| (row[0] * x + row[1] * y + row[2] * z + row[3]) as f32)
+        })
     }
 }
 

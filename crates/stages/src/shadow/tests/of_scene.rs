@@ -124,8 +124,70 @@ fn a_million_instances_are_too_many_for_little_memory() {
     let error =
         Blockers::of_scene(&scene, &Limits::default().with_frame_bytes(1 << 24), &Jobs::new(1)).unwrap_err();
     assert_eq!(error.field, "frame_bytes");
-    assert_eq!(error.asked, Some(1_000_000 * (4 * 12 + 2 * 12)));
-    assert_eq!(of(&scene).one_sided.len(), 2_000_000);
+    assert_eq!(error.asked, Some(1_000_000 * size_of::<Transform>() as u64 + 4));
+    let found = of(&scene);
+    assert_eq!((found.one_sided.len(), found.repeated.len(), found.repeated[0].len()), (0, 1, 2_000_000));
+}
+
+/// A scene of meshes of a few kinds at many places: mirrored, squeezed, with holes, with vertices that nothing uses. With
+/// `is_shared`, instances have their mesh in common; else each has one of its own.
+fn crowd(is_shared: bool) -> Scene {
+    let mut scene = Scene::new();
+    let texels = (0..64).map(|k| [255, 255, 255, if (k / 8 + k % 8) % 2 == 0 { 255 } else { 0 }]);
+    let image = Arc::new(Image::new(8, 8, texels.collect()).unwrap());
+    let texture = Texture::new(image, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default());
+    let texture = scene.add_texture(texture).unwrap();
+    let transform = UvTransform::IDENTITY;
+    let holes =
+        Material { base_color_texture: Some(TextureRef { texture, uv_set: 0, transform }), ..mask(1.0) };
+    let mut torn = MeshData::clone(primitives::cuboid([0.5; 3]).unwrap().data());
+    torn.positions.push([50.0; 3]);
+    torn = MeshData { positions: torn.positions, triangles: torn.triangles, ..MeshData::default() };
+    let shapes = [
+        (primitives::sphere(0.5, 12).unwrap(), Material::default()),
+        (primitives::sphere(0.5, 8).unwrap(), Material { double_sided: true, ..Material::default() }),
+        (Mesh::new(torn).unwrap(), Material::default()),
+        (primitives::plane([1.0, 1.0]).unwrap(), holes),
+    ];
+    for (number, (mesh, material)) in shapes.into_iter().enumerate() {
+        let material = scene.add_material(material).unwrap();
+        let shared = scene.add_mesh(mesh.clone()).unwrap();
+        for k in 0..9 {
+            let at = [f64::from(k % 3), 0.7 * f64::from(k / 3), 1.3 * number as f64];
+            let scale = [if k % 4 == 1 { -0.8 } else { 0.9 }, 0.3 + 0.1 * f64::from(k), 1.0];
+            let place = Transform::from_parts(at, [0.1 * f64::from(k), 0.2, 0.0, 1.0], scale).unwrap();
+            let mesh = if is_shared { shared } else { scene.add_mesh(mesh.clone()).unwrap() };
+            scene.add_instance(Instance::new(mesh, material, place)).unwrap();
+        }
+    }
+    scene
+}
+
+/// Texels do not depend on which meshes are kept once.
+#[test]
+fn meshes_at_several_places_have_the_maps_of_copies() {
+    use crate::shadow::{LampMaps, LampPlace, LampSource};
+    use overcoat_core::math::lanes::SimdLevel;
+    let [copies, shared] = [false, true].map(|is_shared| of(&crowd(is_shared)));
+    assert!(copies.repeated.is_empty() && shared.positions.is_empty(), "{}", shared.positions.len());
+    // Mirrored places apart, but for what blocks from both sides.
+    assert_eq!(shared.repeated.len(), 7);
+    assert!(shared.bytes() < copies.bytes() / 2);
+    let jobs = Jobs::new(2);
+    assert_eq!(shared.bounding_sphere(&jobs), copies.bounding_sphere(&jobs));
+    let looks = super::directions(1);
+    let [a, b] = [&copies, &shared].map(|blockers| super::of(blockers, &looks, 64));
+    assert!(a.texels().iter().any(|texel| *texel > 0) && a.texels() == b.texels());
+    let lamps = [[9.0, 3.0, 1.0], [1.0, 0.5, 1.9]].map(|position| LampSource {
+        place: LampPlace::Near { position, cone: None },
+        radius: 0.0,
+        size: 64,
+        places: 8,
+    });
+    let [a, b] = [&copies, &shared].map(|blockers| {
+        LampMaps::within(&Limits::default(), blockers, &lamps, &jobs, SimdLevel::best()).unwrap()
+    });
+    assert!(a.texels().iter().any(|texel| *texel > 0) && a.texels() == b.texels());
 }
 
 /// A floor that faces up, as it is under a transform.
