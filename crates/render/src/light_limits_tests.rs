@@ -9,11 +9,17 @@ use overcoat_tiles::quality::Visibility;
 /// some have another material, and a plate stands once.
 fn balls(is_shared: bool) -> Scene {
     let mut scene = Scene::new();
-    let plain = Material { base_color: [0.8, 0.3, 0.2, 1.0], ..Material::default() };
-    let both = Material { double_sided: true, base_color: [0.2, 0.5, 0.9, 1.0], ..Material::default() };
-    let bright = Material { emissive: [3.0, 2.0, 1.0], ..Material::default() };
+    let plain = Material::default().with(|m| m.base_color = [0.8, 0.3, 0.2, 1.0]);
+    let both = Material::default().with(|m| {
+        m.double_sided = true;
+        m.base_color = [0.2, 0.5, 0.9, 1.0];
+    });
+    let bright = Material::default().with(|m| m.emissive = [3.0, 2.0, 1.0]);
     let holes = AlphaMode::Mask { cutoff: 0.5 };
-    let holes = Material { alpha_mode: holes, base_color: [0.9, 0.9, 0.9, 0.7], ..Material::default() };
+    let holes = Material::default().with(|m| {
+        m.alpha_mode = holes;
+        m.base_color = [0.9, 0.9, 0.9, 0.7];
+    });
     let materials = [plain, both, bright, holes].map(|material| scene.add_material(material).unwrap());
     let ball = primitives::sphere(0.45, 24).unwrap();
     let shared = scene.add_mesh(ball.clone()).unwrap();
@@ -117,10 +123,8 @@ fn many_lights_lose_their_faintest_shadows() {
     let mut scene = balls(true);
     for k in 0..40 {
         let position = [0.1 * k as f32, 3.0, 2.0];
-        let light = Light {
-            intensity: 0.1 + 0.01 * k as f32,
-            ..Light::new(LightKind::Point { position, range: None })
-        };
+        let light = Light::new(LightKind::Point { position, range: None })
+            .with(|l| l.intensity = 0.1 + 0.01 * k as f32);
         scene.add_light(light).unwrap();
     }
     let options = options().with_visibility(Visibility::new(4, 32, 0));

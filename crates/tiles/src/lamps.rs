@@ -337,10 +337,8 @@ mod tests {
             let mut counts = [6, 6, 1, 6, 3];
             assert_eq!((leave_out(&mut counts, &light, most), counts), (left_out, expected), "{most}");
         }
-        let near = Light {
-            intensity: 4.0,
-            ..Light::new(LightKind::Point { position: [0.0, 2.0, 0.0], range: None })
-        };
+        let near = Light::new(LightKind::Point { position: [0.0, 2.0, 0.0], range: None })
+            .with(|l| l.intensity = 4.0);
         assert_eq!(light_at(&near, [0.0; 3]), 1.0);
         assert_eq!(light_at(&Light::directional([0.0, -1.0, 0.0], 3.0), [0.0; 3]), 3.0);
     }

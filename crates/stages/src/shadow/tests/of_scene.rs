@@ -138,14 +138,16 @@ fn crowd(is_shared: bool) -> Scene {
     let texture = Texture::new(image, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default());
     let texture = scene.add_texture(texture).unwrap();
     let transform = UvTransform::IDENTITY;
-    let holes =
-        Material { base_color_texture: Some(TextureRef { texture, uv_set: 0, transform }), ..mask(1.0) };
+    let holes = mask(1.0).with(|m| m.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform }));
     let mut torn = MeshData::clone(primitives::cuboid([0.5; 3]).unwrap().data());
     torn.positions.push([50.0; 3]);
-    torn = MeshData { positions: torn.positions, triangles: torn.triangles, ..MeshData::default() };
+    torn = MeshData::default().with(|d| {
+        d.positions = torn.positions;
+        d.triangles = torn.triangles;
+    });
     let shapes = [
         (primitives::sphere(0.5, 12).unwrap(), Material::default()),
-        (primitives::sphere(0.5, 8).unwrap(), Material { double_sided: true, ..Material::default() }),
+        (primitives::sphere(0.5, 8).unwrap(), Material::default().with(|m| m.double_sided = true)),
         (Mesh::new(torn).unwrap(), Material::default()),
         (primitives::plane([1.0, 1.0]).unwrap(), holes),
     ];
