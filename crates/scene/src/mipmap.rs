@@ -12,6 +12,7 @@
 use super::row_bands::{RowBands, doubled};
 use super::{AlphaUse, ColorSpace, Image, LevelLayout};
 use overcoat_core::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8};
+use std::ops::RangeInclusive;
 
 /// Weight of an invisible texel's colour, as a fraction of an opaque one's. Not 0, so that the colour of a wholly
 /// invisible share is its plain average; a power of two, so that its averages are exact.
@@ -60,11 +61,14 @@ pub struct Chain {
     bands: RowBands,
     /// Number of the level that is level 0 of the bands; that of the image is 0.
     finest: usize,
-    /// Rows of the image that came in.
+    /// Halvings of the image whose rows are taken.
+    halvings: RangeInclusive<u32>,
+    /// Rows of the largest of these that came in.
     row: u32,
-    /// Number of image rows that the bands depend on, from the top.
+    /// Number of them that the bands depend on, from the top.
     rows: u32,
-    levels: Box<dyn Rows>,
+    /// The levels that are made of the image, and of each halving.
+    levels: Vec<Box<dyn Rows>>,
     /// Texels of the bands; if all bands are kept, of the levels below the image.
     texels: Vec<[u8; 4]>,
     /// The image, if all bands are kept and it is their level 0.
@@ -75,28 +79,50 @@ pub struct Chain {
 
 impl Chain {
     /// Starts the `levels` of an image, itself the first, of which the rows in `bands` are kept. Bands have the coarsest
-    /// levels alone if they are of fewer. Those of a mask are all kept, and lack the image.
-    pub fn new(levels: &[LevelLayout], bands: RowBands, color_space: ColorSpace, alpha: AlphaUse) -> Self {
+    /// levels alone if they are of fewer. Those of a mask are all kept, and lack the image. Levels up to `halvings` and the next are
+    /// made of rows of the image at twice their size, the smaller ones of these at the last of the halvings.
+    pub fn new(
+        levels: &[LevelLayout],
+        bands: RowBands,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+        halvings: u32,
+    ) -> Self {
         let size = levels.first().map(|image| image.width as usize * image.height as usize);
         let finest = levels.len().saturating_sub(bands.levels().len());
         let rows = levels[..finest]
             .iter()
             .rev()
             .fold(bands.source_rows(), |rows, finer| doubled(rows, finer.height));
-        fn of<M: Meaning + 'static>(levels: &[LevelLayout]) -> Box<dyn Rows> {
+        // Those that are of use: a level has those before it.
+        let halvings = halvings.min(levels.len().saturating_sub(2) as u32);
+        let wanted = bands.finest().map_or(0, |level| finest + level) as u32;
+        let halvings = wanted.saturating_sub(1).min(halvings)..=halvings;
+        fn of<M: Meaning + 'static>(levels: &[LevelLayout], halvings: u32) -> Box<dyn Rows> {
             let Some((image, levels)) = levels.split_first() else { return Box::new(()) };
             if levels.is_empty() {
                 return Box::new(());
             }
-            Box::new(Cascade::<M>::new([image.width, image.height], levels))
+            Box::new(Cascade::<M>::new([image.width, image.height], levels, halvings as usize))
         }
-        let stages = match (color_space, alpha) {
-            (ColorSpace::Srgb, AlphaUse::Data) => of::<Plain<true>>(levels),
-            (ColorSpace::Linear, AlphaUse::Data) => of::<Plain<false>>(levels),
-            (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<true>>(levels),
-            (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<false>>(levels),
-            (_, AlphaUse::Normals) => of::<Normals>(levels),
+        let of_halving = |halving: u32| {
+            let levels = levels.get(halving as usize..).unwrap_or_default();
+            let next = if halving < *halvings.end() { 2 } else { levels.len() };
+            let levels = &levels[..next];
+            match (color_space, alpha) {
+                (ColorSpace::Srgb, AlphaUse::Data) => of::<Plain<true>>(levels, halving),
+                (ColorSpace::Linear, AlphaUse::Data) => of::<Plain<false>>(levels, halving),
+                (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
+                    of::<Covered<true>>(levels, halving)
+                }
+                (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
+                    of::<Covered<false>>(levels, halving)
+                }
+                (_, AlphaUse::Normals) => of::<Normals>(levels, halving),
+            }
         };
+        let stages = halvings.clone().map(of_halving).collect();
+        let rows = rows.div_ceil(1 << halvings.start());
         let (mut count, mut image) = (bands.texels(), None);
         if let (true, 0, Some(size)) = (bands.are_all(), finest, size) {
             count -= size;
@@ -106,7 +132,13 @@ impl Chain {
             AlphaUse::Mask { cutoff_bits } => Some(f32::from_bits(cutoff_bits)),
             _ => None,
         };
-        Self { bands, finest, row: 0, rows, levels: stages, texels: vec![[0; 4]; count], image, cutoff }
+        let texels = vec![[0; 4]; count];
+        Self { bands, finest, halvings, row: 0, rows, levels: stages, texels, image, cutoff }
+    }
+
+    /// Halvings of the image whose rows are taken.
+    pub fn halvings(&self) -> RangeInclusive<u32> {
+        self.halvings.clone()
     }
 
     /// True if the bands depend on no further row of the image.
@@ -116,18 +148,28 @@ impl Chain {
 
     /// Takes the next row of the image, from the top.
     pub fn take(&mut self, row: &[[u8; 4]]) {
+        self.take_halved(0, row);
+    }
+
+    /// Takes the next row, from the top, of the image at its size halved so often. Of sizes that are not asked for nothing is
+    /// taken.
+    pub fn take_halved(&mut self, halvings: u32, row: &[[u8; 4]]) {
+        let number = halvings.checked_sub(*self.halvings.start());
+        let Some(levels) = number.and_then(|number| self.levels.get_mut(number as usize)) else { return };
         match &mut self.image {
-            Some(image) => image.extend_from_slice(row),
-            None if self.finest == 0 => {
+            Some(image) if halvings == 0 => image.extend_from_slice(row),
+            None if halvings == 0 && self.finest == 0 => {
                 if let Some(start) = self.bands.place(0, self.row) {
                     self.texels[start..][..row.len()].copy_from_slice(row);
                 }
             }
-            None => {}
+            _ => {}
         }
-        self.row += 1;
+        if number == Some(0) {
+            self.row += 1;
+        }
         let bands = if self.image.is_some() { None } else { Some((&self.bands, self.finest)) };
-        self.levels.take(row, &mut Kept { bands, texels: &mut self.texels });
+        levels.take(row, &mut Kept { bands, texels: &mut self.texels });
     }
 
     /// The kept rows, once all rows are in.
@@ -331,7 +373,7 @@ fn cascade<M: Meaning>(image: &Image, levels: &[LevelLayout]) -> Vec<[u8; 4]> {
     let mut texels = vec![[0; 4]; count as usize];
     let kept = &mut Kept { bands: None, texels: &mut texels };
     let width = image.width() as usize;
-    let mut cascade = Cascade::<M>::new([image.width(), image.height()], levels);
+    let mut cascade = Cascade::<M>::new([image.width(), image.height()], levels, 0);
     if cascade.is_even {
         for rows in image.texels().chunks_exact(2 * width) {
             let (upper, lower) = rows.split_at(width);
@@ -355,13 +397,13 @@ struct Cascade<M> {
 }
 
 impl<M: Meaning> Cascade<M> {
-    /// Starts the levels of an image of this size.
-    fn new([width, height]: [u32; 2], levels: &[LevelLayout]) -> Self {
+    /// Starts the levels of an image of this size, which is level `first` itself.
+    fn new([width, height]: [u32; 2], levels: &[LevelLayout], first: usize) -> Self {
         let is_even = width.is_multiple_of(2) && height.is_multiple_of(2) && !levels.is_empty();
         let mut source = [width, height];
         let mut stages = Vec::with_capacity(levels.len());
         for (k, &level) in levels.iter().enumerate() {
-            stages.push(Stage::new(source, level, k + 1));
+            stages.push(Stage::new(source, level, first + k + 1));
             source = [level.width, level.height];
         }
         Self {

@@ -289,7 +289,7 @@ fn rows_that_are_kept_have_the_texels_of_all() {
                 let layout = BandLayout::new(levels);
                 for kept in [0, u64::MAX, u64::from(byte()) << 3 | u64::from(byte())] {
                     let bands = RowBands::new(&layout, vec![kept; layout.words()]);
-                    let mut chain = Chain::new(levels, bands, color_space, alpha);
+                    let mut chain = Chain::new(levels, bands, color_space, alpha, 0);
                     for row in whole.image().texels().chunks(width as usize) {
                         if !chain.is_done() {
                             chain.take(row);
@@ -354,7 +354,7 @@ fn levels_from_a_coarser_one_on_are_those_of_the_image() {
                     if is_mask && wanted != layout.all().collect::<Vec<_>>() {
                         continue;
                     }
-                    let mut chain = Chain::new(&levels, RowBands::new(&layout, wanted), space, alpha);
+                    let mut chain = Chain::new(&levels, RowBands::new(&layout, wanted), space, alpha, 0);
                     for row in whole.image().texels().chunks(width as usize) {
                         if !chain.is_done() {
                             chain.take(row);
