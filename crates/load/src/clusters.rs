@@ -53,8 +53,27 @@ impl Clusters {
         if a != b && b != c && c != a {
             self.triangles.push([a, b, c]);
         }
-        let is_full = self.table.len() > self.most || self.triangles.len() > self.most.saturating_mul(TRIANGLES);
+        let full = self.most.saturating_mul(TRIANGLES);
+        if self.triangles.len() > full {
+            self.drop_equal();
+        }
+        let is_full = self.table.len() > self.most || self.triangles.len() > full;
         if is_full && self.cells > 0 {
+            self.halve();
+        }
+    }
+
+    /// Leaves one of equal triangles.
+    fn drop_equal(&mut self) {
+        for triangle in &mut self.triangles {
+            let [a, b, c] = *triangle;
+            // The least corner first, on the same side.
+            *triangle = if a < b && a < c { [a, b, c] } else if b < c { [b, c, a] } else { [c, a, b] };
+        }
+        self.triangles.sort_unstable();
+        self.triangles.dedup();
+        // Soon there would be too many again.
+        if self.triangles.len() > self.most.saturating_mul(TRIANGLES / 2) && self.cells > 0 {
             self.halve();
         }
     }
@@ -204,5 +223,8 @@ mod tests {
         assert_eq!((mesh.positions.len(), mesh.triangles.len()), (0, 0));
         let (mesh, _) = clustered(&[[[3.0; 3]; 3]; 9], 1000, 1);
         assert_eq!(mesh.triangles.len(), 0);
+        // One triangle, however often.
+        let (mesh, cells) = clustered(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 999], 256, 1);
+        assert_eq!((mesh.positions.len(), cells), (3, 8));
     }
 }

@@ -24,7 +24,7 @@ pub trait ImageSource: Send + Sync {
         0
     }
     /// Gives rows as [`ImageSource::rows`] does, of the image at its size halved as often as `halvings` says, with the number of
-    /// halvings. Texels are means of `light` of sRGB codes, or of codes. Where rows of several sizes end at the same place, that
+    /// halvings. Texels are means of `light` of sRGB codes, or of codes, as those of mip levels are. Where rows of several sizes end at the same place, that
     /// of the smallest comes first.
     fn halved_rows(
         &self,
@@ -330,8 +330,8 @@ impl LazyImage {
         Some(lacking.iter().zip(made).map(finish).collect())
     }
 
-    /// [`LazyImage::stream`] of an image that can be read at halves of its size, and has no alpha. A level is made of the size that is
-    /// twice its own, whatever others are asked for with it; those of normals, which tell how much these differ, of the image.
+    /// [`LazyImage::stream`] of an image that can be read at halves of its size, and has no alpha. Levels are the rows of these, whatever
+    /// others are asked for with them; those of normals, which tell how much these differ, are made of the image.
     fn stream_halved(&self, lacking: &[Lacking<'_>]) -> Option<Vec<Texture>> {
         let mut made = lacking.iter().map(|of| of.start(true)).collect::<Vec<_>>();
         for space in [ColorSpace::Linear, ColorSpace::Srgb] {

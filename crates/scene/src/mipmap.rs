@@ -63,12 +63,14 @@ pub struct Chain {
     finest: usize,
     /// Halvings of the image whose rows are taken.
     halvings: RangeInclusive<u32>,
-    /// Rows of the largest of these that came in.
-    row: u32,
-    /// Number of them that the bands depend on, from the top.
+    /// Layout of the image and its levels, as far as halvings go.
+    layout: Vec<LevelLayout>,
+    /// Rows of each of the halvings that came in.
+    taken: Vec<u32>,
+    /// Number of rows of the largest that the bands depend on, from the top.
     rows: u32,
-    /// The levels that are made of the image, and of each halving.
-    levels: Vec<Box<dyn Rows>>,
+    /// The levels that are made of the last of the halvings.
+    levels: Box<dyn Rows>,
     /// Texels of the bands; if all bands are kept, of the levels below the image.
     texels: Vec<[u8; 4]>,
     /// The image, if all bands are kept and it is their level 0.
@@ -79,8 +81,8 @@ pub struct Chain {
 
 impl Chain {
     /// Starts the `levels` of an image, itself the first, of which the rows in `bands` are kept. Bands have the coarsest
-    /// levels alone if they are of fewer. Those of a mask are all kept, and lack the image. Levels up to `halvings` and the next are
-    /// made of rows of the image at twice their size, the smaller ones of these at the last of the halvings.
+    /// levels alone if they are of fewer. Those of a mask are all kept, and lack the image. Levels up to the number
+    /// `halvings` are rows of the halved image as they come, the smaller ones are made of the last of these.
     pub fn new(
         levels: &[LevelLayout],
         bands: RowBands,
@@ -94,10 +96,10 @@ impl Chain {
             .iter()
             .rev()
             .fold(bands.source_rows(), |rows, finer| doubled(rows, finer.height));
-        // Those that are of use: a level has those before it.
-        let halvings = halvings.min(levels.len().saturating_sub(2) as u32);
+        let halvings = halvings.min(levels.len().saturating_sub(1) as u32);
         let wanted = bands.finest().map_or(0, |level| finest + level) as u32;
-        let halvings = wanted.saturating_sub(1).min(halvings)..=halvings;
+        let halvings = wanted.min(halvings)..=halvings;
+        let rows = rows.div_ceil(1 << halvings.start());
         fn of<M: Meaning + 'static>(levels: &[LevelLayout], halvings: u32) -> Box<dyn Rows> {
             let Some((image, levels)) = levels.split_first() else { return Box::new(()) };
             if levels.is_empty() {
@@ -105,24 +107,21 @@ impl Chain {
             }
             Box::new(Cascade::<M>::new([image.width, image.height], levels, halvings as usize))
         }
-        let of_halving = |halving: u32| {
-            let levels = levels.get(halving as usize..).unwrap_or_default();
-            let next = if halving < *halvings.end() { 2 } else { levels.len() };
-            let levels = &levels[..next];
-            match (color_space, alpha) {
-                (ColorSpace::Srgb, AlphaUse::Data) => of::<Plain<true>>(levels, halving),
-                (ColorSpace::Linear, AlphaUse::Data) => of::<Plain<false>>(levels, halving),
-                (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
-                    of::<Covered<true>>(levels, halving)
-                }
-                (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
-                    of::<Covered<false>>(levels, halving)
-                }
-                (_, AlphaUse::Normals) => of::<Normals>(levels, halving),
+        let last = *halvings.end();
+        let smaller = levels.get(last as usize..).unwrap_or_default();
+        let layout = levels.iter().take(last as usize + 1).copied().collect();
+        let levels = match (color_space, alpha) {
+            (ColorSpace::Srgb, AlphaUse::Data) => of::<Plain<true>>(smaller, last),
+            (ColorSpace::Linear, AlphaUse::Data) => of::<Plain<false>>(smaller, last),
+            (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
+                of::<Covered<true>>(smaller, last)
             }
+            (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
+                of::<Covered<false>>(smaller, last)
+            }
+            (_, AlphaUse::Normals) => of::<Normals>(smaller, last),
         };
-        let stages = halvings.clone().map(of_halving).collect();
-        let rows = rows.div_ceil(1 << halvings.start());
+        let taken = halvings.clone().map(|_| 0).collect();
         let (mut count, mut image) = (bands.texels(), None);
         if let (true, 0, Some(size)) = (bands.are_all(), finest, size) {
             count -= size;
@@ -133,7 +132,7 @@ impl Chain {
             _ => None,
         };
         let texels = vec![[0; 4]; count];
-        Self { bands, finest, halvings, row: 0, rows, levels: stages, texels, image, cutoff }
+        Self { bands, finest, halvings, layout, taken, rows, levels, texels, image, cutoff }
     }
 
     /// Halvings of the image whose rows are taken.
@@ -143,7 +142,7 @@ impl Chain {
 
     /// True if the bands depend on no further row of the image.
     pub fn is_done(&self) -> bool {
-        self.row >= self.rows
+        self.taken.first().is_none_or(|&row| row >= self.rows)
     }
 
     /// Takes the next row of the image, from the top.
@@ -155,21 +154,29 @@ impl Chain {
     /// taken.
     pub fn take_halved(&mut self, halvings: u32, row: &[[u8; 4]]) {
         let number = halvings.checked_sub(*self.halvings.start());
-        let Some(levels) = number.and_then(|number| self.levels.get_mut(number as usize)) else { return };
-        match &mut self.image {
-            Some(image) if halvings == 0 => image.extend_from_slice(row),
-            None if halvings == 0 && self.finest == 0 => {
-                if let Some(start) = self.bands.place(0, self.row) {
-                    self.texels[start..][..row.len()].copy_from_slice(row);
-                }
+        let Some(taken) = number.and_then(|number| self.taken.get_mut(number as usize)) else { return };
+        let number = *taken;
+        *taken += 1;
+        let place = match &mut self.image {
+            Some(image) if halvings == 0 => {
+                image.extend_from_slice(row);
+                None
             }
-            _ => {}
+            Some(_) => {
+                self.layout.get(halvings as usize).map(|level| (level.offset + number * level.width) as usize)
+            }
+            None => {
+                let level = (halvings as usize).checked_sub(self.finest);
+                level.and_then(|level| self.bands.place(level, number))
+            }
+        };
+        if let Some(start) = place {
+            self.texels[start..][..row.len()].copy_from_slice(row);
         }
-        if number == Some(0) {
-            self.row += 1;
+        if halvings == *self.halvings.end() {
+            let bands = if self.image.is_some() { None } else { Some((&self.bands, self.finest)) };
+            self.levels.take(row, &mut Kept { bands, texels: &mut self.texels });
         }
-        let bands = if self.image.is_some() { None } else { Some((&self.bands, self.finest)) };
-        levels.take(row, &mut Kept { bands, texels: &mut self.texels });
     }
 
     /// The kept rows, once all rows are in.

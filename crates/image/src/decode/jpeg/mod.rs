@@ -8,6 +8,7 @@
 //! crate, which makes do with more.
 
 mod bits;
+mod halves;
 mod header;
 mod rows;
 mod scan;

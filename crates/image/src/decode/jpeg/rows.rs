@@ -1,16 +1,22 @@
 //! Rows of texels from rows of blocks.
 //!
 //! Chroma of half the columns or rows is interpolated between the two nearest samples with weights of 3/4 and 1/4, as most decoders
-//! do it. The means of 2 samples so interpolated have 1/8 of each neighbour in them, those of 4 have 1/16, and so on: halves of a picture
-//! are blurred by as much.
+//! do it.
+//!
+//! Texels of a halved picture are the means of those of the whole one, in a unit of it that varies made of all of them. A unit whose
+//! samples differ by less than one sees is transformed to the means themselves ([`SMOOTH`]): the light of these is the mean of light.
 
+use super::Jpeg;
+use super::halves::Half;
 use super::header::{Component, Frame};
 use super::scan::Coefficients;
-use super::transform::{Block, Dequantized};
-use super::{Jpeg, MOST_HALVINGS};
+use super::transform::{Block, Dequantized, variance};
+use std::ops::{Range, RangeInclusive};
 
-/// Variance of samples, in squares of codes, up to which the mean of their light is that of their codes: by less than 1/100 of a code.
-const SMOOTH: f32 = 0.25;
+/// Sum of the variances of a unit's blocks, in squares of codes, up to which its texels are taken for their mean. The code of the mean
+/// of light is larger than the mean of codes by (p - 1) v / 2 (c + 14), with the power p = 2.4 of sRGB and a variance v about the
+/// code c: less than 0.05 of a code.
+const SMOOTH: f32 = 1.0;
 
 /// Receiver of a row: halvings of the picture's size, and texels. False if no further row is wanted.
 pub type Take<'a> = dyn FnMut(u32, &[[u8; 4]]) -> bool + 'a;
@@ -19,42 +25,33 @@ impl Jpeg<'_> {
     /// Gives the rows of the picture at its size halved as often as `halvings` says, each from the top on, those of the smallest first
     /// where several end at the same place. With `light` the means are of the light of sRGB codes, otherwise of codes. `None` if the
     /// file is damaged, whatever rows were given.
-    pub fn rows(&self, halvings: std::ops::RangeInclusive<u32>, light: bool, take: &mut Take<'_>) -> Option<()> {
+    pub fn rows(&self, halvings: RangeInclusive<u32>, light: bool, take: &mut Take<'_>) -> Option<()> {
         let frame = &self.frame;
-        let mut scales: Vec<Scale> =
-            halvings.rev().map(|halvings| Scale::new(frame, halvings, light && halvings > 0)).collect();
-        // Colours of chroma at half the size need more of it than its mean.
-        let is_mean = |scale: &Scale| !light && scale.planes.iter().all(|plane| plane.fold == [MOST_HALVINGS; 2]);
-        let mut coefficients = Coefficients::new(frame, scales.iter().all(is_mean));
+        let mut stripes = Stripes::new(frame, halvings, light);
+        let mut coefficients = Coefficients::new(frame);
         let [_, units] = frame.units;
         for row in 0..=units {
             if row < units {
                 coefficients.next_row(frame)?;
-                for (number, component) in frame.components.iter().enumerate() {
-                    let blocks = coefficients.blocks.get(number)?;
-                    transform(frame, number, component, blocks, &mut scales);
-                }
+                stripes.transform(frame, &coefficients.blocks);
             }
             // Chroma of the row below is needed: each row is given one later.
-            let Some(row) = row.checked_sub(1) else {
-                scales.iter_mut().for_each(Scale::begin);
-                continue;
-            };
-            for scale in &mut scales {
-                if !scale.give(row, take) {
-                    return Some(());
+            match row.checked_sub(1) {
+                None => stripes.begin(),
+                Some(row) => {
+                    if !stripes.give(row, take) {
+                        return Some(());
+                    }
+                    stripes.advance();
                 }
-                scale.advance();
             }
         }
         Some(())
     }
 }
 
-/// Samples of a component at one size, of two rows of units.
-struct Plane {
-    /// Halvings that the transform makes, columns and rows.
-    fold: [u32; 2],
+/// Samples of a component, of two rows of units.
+pub struct Plane {
     /// True where there are half as many samples as of the first component.
     halved: [bool; 2],
     /// Samples of the picture, columns and rows; more are stored, up to whole units.
@@ -69,24 +66,23 @@ struct Plane {
 }
 
 impl Plane {
-    fn new(frame: &Frame<'_>, component: &Component, halvings: u32) -> Self {
+    /// Plane of the means of `1 << fold` samples along each side.
+    fn new(frame: &Frame<'_>, component: &Component, fold: u32) -> Self {
         let most = frame.components.first().map_or([1; 2], |first| first.sampling);
         let [[x, y], [most_x, most_y]] = [component.sampling, most];
         let halved = [x != most_x, y != most_y];
-        let fold = halved.map(|halved| halvings.saturating_sub(halved.into()));
         let [width, height] = frame.size;
-        let size = [(width, halved[0]), (height, halved[1])].map(|(side, halved)| {
-            let side = if halved && halvings == 0 { side.div_ceil(2) } else { side >> halvings };
-            side as usize
-        });
+        let size = [(width, x, most_x), (height, y, most_y)]
+            .map(|(side, own, most)| ((side >> fold) as usize).saturating_mul(own).div_ceil(most));
         let [units, _] = frame.units;
-        let stride = units.saturating_mul(x).saturating_mul(8 >> fold[0]);
-        let rows = y.saturating_mul(8 >> fold[1]);
+        let stride = units.saturating_mul(x).saturating_mul(8 >> fold);
+        let rows = y.saturating_mul(8 >> fold);
         let samples = vec![0.0; stride.saturating_mul(rows)];
-        Self { fold, halved, size, stride, rows, above: vec![0.0; stride], current: samples.clone(), next: samples }
+        Self { halved, size, stride, rows, above: vec![0.0; stride], current: samples.clone(), next: samples }
     }
 
-    /// A row of the current ones, counted from the first of these on; rows beyond the picture are the next one within.
+    /// A row of the current ones, counted from the first of these on, which is row `first` of the picture; for rows beyond the picture
+    /// the next one within.
     fn row(&self, first: usize, row: isize) -> &[f32] {
         let [width, height] = self.size;
         let last = height.saturating_sub(first) as isize;
@@ -99,77 +95,200 @@ impl Plane {
         plane.chunks_exact(self.stride.max(1)).nth(row).and_then(|row| row.get(..width)).unwrap_or_default()
     }
 
-    /// Samples of a texel row, in `out`; `blended` is room.
-    fn upsample(&self, units: usize, row: usize, halvings: u32, blended: &mut Vec<f32>, out: &mut Vec<f32>) {
+    /// Goes on to the next row of units.
+    fn advance(&mut self) {
+        if let Some(last) = self.current.chunks_exact(self.stride.max(1)).next_back() {
+            self.above.copy_from_slice(last);
+        }
+        std::mem::swap(&mut self.current, &mut self.next);
+    }
+
+    /// Samples of a texel row of the picture halved so often; `blended` and `out` are room. `units` is the row of units.
+    fn sample<'a>(
+        &'a self,
+        units: usize,
+        row: usize,
+        halvings: u32,
+        blended: &mut Vec<f32>,
+        out: &'a mut Vec<f32>,
+    ) -> &'a [f32] {
         let first = units.saturating_mul(self.rows);
         let [across, down] = self.halved;
-        let at = |row: isize| self.row(first, row);
-        let near = if down && halvings == 0 { row / 2 } else { row } as isize;
+        if [across, down] == [false; 2] && halvings == 0 {
+            return self.row(first, row as isize);
+        }
+        let at = |row: usize| self.row(first, row as isize);
         let share = 1.0 / (4_u32 << halvings) as f32;
         blended.clear();
-        match (down, halvings) {
-            (false, _) => blended.extend_from_slice(at(near)),
-            (true, 0) => {
-                let far = if row.is_multiple_of(2) { near.saturating_sub(1) } else { near.saturating_add(1) };
-                blended.extend(at(near).iter().zip(at(far)).map(|(near, far)| near + (far - near) * share));
-            }
-            (true, _) => {
-                let around = at(near.saturating_sub(1)).iter().zip(at(near.saturating_add(1)));
-                let blend = |(own, (a, b)): (&f32, (&f32, &f32))| own + ((a - own) + (b - own)) * share;
-                blended.extend(at(near).iter().zip(around).map(blend));
-            }
-        }
-        out.clear();
-        if !across {
-            out.extend_from_slice(blended);
-            return;
-        }
-        let ([left, ..], [.., right]) = (blended.as_slice(), blended.as_slice()) else { return };
-        let before = std::iter::once(left).chain(blended.iter());
-        let after = blended.iter().skip(1).chain(std::iter::once(right));
-        let around = blended.iter().zip(before.zip(after));
-        if halvings == 0 {
-            let pair = |(own, (a, b)): (&f32, (&f32, &f32))| [own + (a - own) * share, own + (b - own) * share];
-            out.extend(around.flat_map(pair));
+        if down && halvings == 0 {
+            let near = row / 2;
+            let step = if row.is_multiple_of(2) { -1 } else { 1 };
+            let far = (near as isize).saturating_add(step);
+            let pairs = at(near).iter().zip(self.row(first, far));
+            blended.extend(pairs.map(|(near, far)| near + (far - near) * share));
         } else {
-            let blend = |(own, (a, b)): (&f32, (&f32, &f32))| own + ((a - own) + (b - own)) * share;
-            out.extend(around.map(blend));
+            // The mean of its samples, and of chroma a share of those around.
+            let count = 1_usize << halvings.saturating_sub(down.into());
+            let start = row.saturating_mul(count);
+            blended.extend_from_slice(at(start));
+            for row in start.saturating_add(1)..start.saturating_add(count) {
+                blended.iter_mut().zip(at(row)).for_each(|(sum, sample)| *sum += sample);
+            }
+            if count > 1 {
+                let scale = 1.0 / count as f32;
+                blended.iter_mut().for_each(|sum| *sum *= scale);
+            }
+            if down {
+                let last = start.saturating_add(count).saturating_sub(1);
+                let outer = self.row(first, (start as isize).saturating_sub(1)).iter().zip(at(last.saturating_add(1)));
+                let inner = at(start).iter().zip(at(last));
+                for ((mean, (above, below)), (top, bottom)) in blended.iter_mut().zip(outer).zip(inner) {
+                    *mean += ((above - top) + (below - bottom)) * share;
+                }
+            }
         }
+        spread(blended, across, halvings, share, out);
+        out
     }
 }
 
-/// The picture at one size.
-struct Scale {
-    halvings: u32,
+/// [`Plane::sample`] along a row.
+fn spread(row: &[f32], halved: bool, halvings: u32, share: f32, out: &mut Vec<f32>) {
+    out.clear();
+    let ([left, ..], [.., right]) = (row, row) else { return };
+    if halved && halvings == 0 {
+        out.resize(row.len().saturating_mul(2), 0.0);
+        let pairs = out.as_chunks_mut::<2>().0;
+        if let ([first, ..], [_, second, ..]) = (&mut *pairs, row) {
+            *first = [*left, left + (second - left) * share];
+        }
+        for (pair, around) in pairs.iter_mut().skip(1).zip(row.windows(3)) {
+            if let [before, own, after] = around {
+                *pair = [own + (before - own) * share, own + (after - own) * share];
+            }
+        }
+        if let ([.., last], [.., before, _]) = (&mut *pairs, row) {
+            *last = [right + (before - right) * share, *right];
+        }
+        if let ([only], [sample]) = (pairs, row) {
+            *only = [*sample; 2];
+        }
+        return;
+    }
+    let count = 1_usize << halvings.saturating_sub(halved.into());
+    if count == 1 {
+        out.extend_from_slice(row);
+    } else {
+        let scale = 1.0 / count as f32;
+        out.extend(row.chunks_exact(count).map(|samples| samples.iter().sum::<f32>() * scale));
+    }
+    if !halved {
+        return;
+    }
+    let mut before = left;
+    let mut chunks = row.chunks_exact(count).zip(out).peekable();
+    while let Some((samples, mean)) = chunks.next() {
+        let ([first, ..], [.., last]) = (samples, samples) else { return };
+        let after = match chunks.peek() {
+            Some(([next, ..], _)) => next,
+            _ => last,
+        };
+        *mean += ((before - first) + (after - last)) * share;
+        before = last;
+    }
+}
+
+/// Rows of units on their way to texels.
+struct Stripes {
     size: [usize; 2],
-    planes: Vec<Plane>,
-    /// Means are of light.
     light: bool,
-    /// Variance of luma in its means, of each block; of the current row of units and of the next.
-    variances: [Vec<f32>; 2],
+    /// The whole picture is given.
+    whole: bool,
+    planes: Vec<Plane>,
+    halves: Vec<Half>,
+    /// Units that vary, of the current row of units and of the next.
+    varied: [Vec<bool>; 2],
+    /// Texels of units of one colour, of which no sample is stored; of the same rows of units.
+    uniform: [Vec<Option<[u8; 4]>>; 2],
+    /// Texels along each side of a unit.
+    unit: [usize; 2],
     /// Chroma of a row, and room for it.
     chroma: [Vec<f32>; 2],
     blended: Vec<f32>,
-    texels: Vec<[u8; 4]>,
+    /// Two rows.
+    texels: [Vec<[u8; 4]>; 2],
 }
 
-impl Scale {
-    fn new(frame: &Frame<'_>, halvings: u32, light: bool) -> Self {
-        let planes: Vec<_> =
-            frame.components.iter().map(|component| Plane::new(frame, component, halvings)).collect();
-        let size = frame.size.map(|side| (side >> halvings) as usize);
-        let [x, y] = frame.components.first().map_or([1; 2], |first| first.sampling);
+impl Stripes {
+    fn new(frame: &Frame<'_>, range: RangeInclusive<u32>, light: bool) -> Self {
+        let planes: Vec<_> = frame.components.iter().map(|component| Plane::new(frame, component, 0)).collect();
+        let size = frame.size.map(|side| side as usize);
+        let half = |halvings: u32| {
+            let plane = |component: &Component| {
+                let is_halved = frame.components.first().is_some_and(|first| first.sampling != component.sampling);
+                (!is_halved).then(|| Plane::new(frame, component, halvings))
+            };
+            let is_given = range.contains(&halvings);
+            let means = if is_given { frame.components.iter().map(plane).collect() } else { Vec::new() };
+            let [width, _] = size;
+            Half::new(halvings, is_given, means, width >> halvings)
+        };
         let [units, _] = frame.units;
-        let blocks = if light { units.saturating_mul(x).saturating_mul(y) } else { 0 };
+        let varied = vec![false; units];
         Self {
-            halvings,
             size,
-            planes,
             light,
-            variances: [vec![0.0; blocks], vec![0.0; blocks]],
+            whole: range.contains(&0),
+            halves: (1..=*range.end()).map(half).collect(),
+            planes,
+            varied: [varied.clone(), varied],
+            uniform: [vec![None; units], vec![None; units]],
+            unit: frame.components.first().map_or([8; 2], |first| first.sampling.map(|n| n.saturating_mul(8))),
             chroma: [Vec::new(), Vec::new()],
             blended: Vec::new(),
-            texels: Vec::new(),
+            texels: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// Transforms the blocks of the next row of units.
+    fn transform(&mut self, frame: &Frame<'_>, blocks: &[Vec<Block>]) {
+        let Self { whole, planes, halves, varied: [_, varied], uniform: [_, uniform], .. } = self;
+        find_varied(frame, blocks, varied);
+        if frame.components.iter().all(|component| component.sampling == [1, 1]) {
+            uniform.iter_mut().enumerate().for_each(|(unit, texel)| *texel = uniform_texel(frame, blocks, unit));
+        }
+        for (number, ((component, blocks), plane)) in frame.components.iter().zip(blocks).zip(planes).enumerate() {
+            let is_halved = plane.halved != [false; 2];
+            let [x, _] = component.sampling;
+            let count = plane.stride / 8;
+            for (row, line) in blocks.chunks_exact(count.max(1)).enumerate() {
+                for (column, block) in line.iter().enumerate() {
+                    if matches!(uniform.get(column), Some(Some(_))) {
+                        continue;
+                    }
+                    let is_varied = varied.get(column / x.max(1)).copied().unwrap_or(false);
+                    let numbers = (block.last > 0).then(|| Dequantized::new(block, &component.steps));
+                    let write = |plane: &mut Plane, fold: u32| {
+                        let side = 8_usize >> fold;
+                        let start = row.saturating_mul(side).saturating_mul(plane.stride);
+                        let start = start.saturating_add(column.saturating_mul(side));
+                        match &numbers {
+                            Some(numbers) => numbers.means([fold; 2], &mut plane.next, start, plane.stride),
+                            None => fill(&mut plane.next, start, plane.stride, side, block.mean(&component.steps)),
+                        }
+                    };
+                    if *whole || is_halved || is_varied {
+                        write(plane, 0);
+                    }
+                    if !is_varied {
+                        for half in halves.iter_mut() {
+                            if let Some(Some(plane)) = half.means.get_mut(number) {
+                                write(plane, half.halvings);
+                            }
+                        }
+                    }
+                }
+            }
         }
     }
 
@@ -183,116 +302,216 @@ impl Scale {
 
     /// Goes on to the next row of units.
     fn advance(&mut self) {
-        for Plane { above, current, next, stride, .. } in &mut self.planes {
-            if let Some(last) = current.chunks_exact((*stride).max(1)).next_back() {
-                above.copy_from_slice(last);
-            }
-            std::mem::swap(current, next);
-        }
-        let [current, next] = &mut self.variances;
+        let means = self.halves.iter_mut().flat_map(|half| half.means.iter_mut().flatten());
+        self.planes.iter_mut().chain(means).for_each(Plane::advance);
+        let [current, next] = &mut self.varied;
+        std::mem::swap(current, next);
+        let [current, next] = &mut self.uniform;
         std::mem::swap(current, next);
     }
 
     /// Gives the texel rows of the current row of units; false once no further is wanted.
     fn give(&mut self, units: usize, take: &mut Take<'_>) -> bool {
-        let Some(rows) = self.planes.first().map(|luma| luma.rows) else { return false };
+        let [_, rows] = self.unit;
         let [_, height] = self.size;
         let there = height.saturating_sub(units.saturating_mul(rows)).min(rows);
-        for row in 0..there {
-            self.convert(units, row);
-            if !take(self.halvings, &self.texels) {
+        self.smooth(units, there);
+        if self.halves.iter().any(|half| half.is_given) && self.varied.first().is_some_and(|v| v.contains(&true)) {
+            self.vary(units, there);
+        }
+        for Half { halvings, is_given, texels, width, .. } in self.halves.iter().rev() {
+            for row in texels.chunks_exact((*width).max(1)).filter(|_| *is_given) {
+                if !take(*halvings, row) {
+                    return false;
+                }
+            }
+        }
+        let runs = self.stored_runs(0);
+        for row in 0..if self.whole { there } else { 0 } {
+            self.convert(units, row, 0, &runs);
+            let ([texels, _], [uniform, _], [side, _]) = (&mut self.texels, &self.uniform, self.unit);
+            fill_uniform(uniform, side, texels);
+            if !take(0, texels) {
                 return false;
             }
         }
         true
     }
 
-    /// Makes the texels of a row.
-    fn convert(&mut self, units: usize, row: usize) {
-        let Self { halvings, size: [width, _], planes, light, variances, chroma, blended, texels } = self;
-        let Some((luma, others)) = planes.split_first() else { return };
-        let luma_row = luma.row(units.saturating_mul(luma.rows), row as isize);
-        for (plane, samples) in others.iter().zip(chroma.iter_mut()) {
-            plane.upsample(units, row, *halvings, blended, samples);
-        }
-        let [blue, red] = chroma;
-        texels.resize(*width, [255; 4]);
-        let is_grey = others.is_empty();
-        if is_grey {
-            for (texel, &luma) in texels.iter_mut().zip(luma_row) {
-                let luma = code(luma);
-                *texel = [luma, luma, luma, 255];
-            }
-        } else {
-            for ((texel, &luma), (&blue, &red)) in texels.iter_mut().zip(luma_row).zip(blue.iter().zip(&*red)) {
-                let [r, g, b] = color(luma, blue, red).map(code);
-                *texel = [r, g, b, 255];
-            }
-        }
-        if !*light {
-            return;
-        }
-        let [fold_x, fold_y] = luma.fold;
-        let [columns, lines] = [8_usize >> fold_x, 8_usize >> fold_y];
-        let blocks = luma.stride / columns.max(1);
-        let [variances, _] = variances;
-        let Some(variances) = variances.chunks_exact(blocks.max(1)).nth(row / lines.max(1)) else { return };
-        for (block, &variance) in variances.iter().enumerate().filter(|(_, variance)| **variance > SMOOTH) {
-            let start = block.saturating_mul(columns);
-            for at in start..start.saturating_add(columns).min(*width) {
-                let of = |row: &[f32]| row.get(at).copied().unwrap_or(128.0);
-                let [r, g, b] = color(of(luma_row), of(blue), of(red)).map(|c| code(brighter(c, variance)));
-                if let Some(texel) = texels.get_mut(at) {
-                    *texel = [r, g, b, 255];
-                }
+    /// Runs of texels of the halved picture in units whose samples are stored.
+    fn stored_runs(&self, halvings: u32) -> Vec<Range<usize>> {
+        let ([uniform, _], [side, _], [width, _]) = (&self.uniform, self.unit, self.size);
+        let stored: Vec<bool> = uniform.iter().map(Option::is_none).collect();
+        let texels = |unit: usize| unit.saturating_mul(side).min(width) >> halvings;
+        runs_of(&stored).map(|run| texels(run.start)..texels(run.end)).collect()
+    }
+
+    /// Makes the texels of halves from means, as if all units were smooth.
+    fn smooth(&mut self, units: usize, there: usize) {
+        let stored: Vec<_> = self.halves.iter().map(|half| self.stored_runs(half.halvings)).collect();
+        let Self { planes, halves, chroma, blended, uniform: [uniform, _], unit: [side, _], .. } = self;
+        for (half, runs) in halves.iter_mut().zip(stored).filter(|(half, _)| half.is_given) {
+            let Half { halvings, means, texels, width, .. } = half;
+            texels.clear();
+            for row in 0..there >> *halvings {
+                let Some(Some(luma)) = means.first() else { return };
+                let [for_blue, for_red] = &mut *chroma;
+                let [blue, red] = [(1, for_blue), (2, for_red)].map(|(number, samples)| {
+                    match (means.get(number), planes.get(number)) {
+                        (Some(Some(mean)), _) => mean.sample(units, row, 0, blended, samples),
+                        (_, Some(plane)) => plane.sample(units, row, *halvings, blended, samples),
+                        _ => &[],
+                    }
+                });
+                let luma = luma.row(units.saturating_mul(luma.rows), row as isize);
+                let start = texels.len();
+                texels.resize(start.saturating_add(*width), [255; 4]);
+                let to = texels.get_mut(start..).unwrap_or_default();
+                runs.iter().for_each(|run| paint([luma, blue, red], run, to));
+                fill_uniform(uniform, *side >> *halvings, to);
             }
         }
     }
-}
 
-/// Transforms a component's blocks of a row of units for all sizes.
-fn transform(frame: &Frame<'_>, number: usize, component: &Component, blocks: &[Block], scales: &mut [Scale]) {
-    let ([units, _], [x, _]) = (frame.units, component.sampling);
-    let count = units.saturating_mul(x);
-    for (row, line) in blocks.chunks_exact(count.max(1)).enumerate() {
-        for (column, block) in line.iter().enumerate() {
-            let numbers = Dequantized::new(block, &component.steps);
-            for scale in scales.iter_mut() {
-                let Some(plane) = scale.planes.get_mut(number) else { continue };
-                let [width, height] = plane.fold.map(|fold| 8_usize >> fold);
-                let start = row.saturating_mul(height).saturating_mul(plane.stride);
-                let start = start.saturating_add(column.saturating_mul(width));
-                let variance = numbers.means(plane.fold, &mut plane.next, start, plane.stride);
-                if number == 0 && scale.light {
-                    let [_, next] = &mut scale.variances;
-                    if let Some(to) = next.get_mut(row.saturating_mul(count).saturating_add(column)) {
-                        *to = variance;
+    /// Makes the texels of halves anew in units that vary: means of all of their texels.
+    fn vary(&mut self, units: usize, there: usize) {
+        let [side, _] = self.unit;
+        let [width, _] = self.size;
+        let varied = self.varied.first().map_or(&[][..], Vec::as_slice);
+        let texels = |unit: usize| unit.saturating_mul(side).min(width);
+        let runs: Vec<_> = runs_of(varied).map(|run| texels(run.start)..texels(run.end)).collect();
+        for pair in 0..there / 2 {
+            for place in 0..2 {
+                self.convert(units, pair.saturating_mul(2).saturating_add(place), place, &runs);
+            }
+            let Self { halves, texels: [upper, lower], light, .. } = self;
+            // Row of the half, which is whole once the second row of the next larger one is.
+            let mut row = pair;
+            let mut finer: Option<&Half> = None;
+            for half in halves.iter_mut() {
+                match finer {
+                    None => runs.iter().for_each(|run| half.add_texels(upper, lower, run, *light)),
+                    Some(finer) => {
+                        let is_first = row.is_multiple_of(2);
+                        runs.iter().for_each(|run| half.add_sums(finer, run, is_first));
+                        if is_first {
+                            break;
+                        }
+                        row /= 2;
                     }
                 }
+                if half.is_given {
+                    runs.iter().for_each(|run| half.encode(row, run, *light));
+                }
+                finer = Some(half);
             }
+        }
+    }
+
+    /// Makes texels of a row of the whole picture, in one of two places.
+    fn convert(&mut self, units: usize, row: usize, place: usize, runs: &[Range<usize>]) {
+        let Self { size: [width, _], planes, chroma, blended, texels, .. } = self;
+        let (Some(luma), Some(texels)) = (planes.first(), texels.get_mut(place)) else { return };
+        let luma = luma.row(units.saturating_mul(luma.rows), row as isize);
+        texels.resize(*width, [255; 4]);
+        let [for_blue, for_red] = chroma;
+        let [blue, red] = [(1, for_blue), (2, for_red)].map(|(number, samples)| {
+            planes.get(number).map_or(&[][..], |plane| plane.sample(units, row, 0, blended, samples))
+        });
+        runs.iter().for_each(|run| paint([luma, blue, red], run, texels));
+    }
+}
+
+/// Writes one sample to so many columns and rows.
+#[inline(always)]
+fn fill(plane: &mut [f32], start: usize, stride: usize, side: usize, sample: f32) {
+    let lines = plane.get_mut(start..).unwrap_or_default().chunks_mut(stride.max(1)).take(side);
+    if side == 8 {
+        lines.filter_map(|line| line.first_chunk_mut()).for_each(|line| *line = [sample; 8]);
+    } else {
+        lines.flat_map(|line| line.iter_mut().take(side)).for_each(|to| *to = sample);
+    }
+}
+
+/// Finds the units of which some component's samples vary.
+fn find_varied(frame: &Frame<'_>, blocks: &[Vec<Block>], varied: &mut [bool]) {
+    let mut sums = vec![0.0_f32; varied.len()];
+    for (component, blocks) in frame.components.iter().zip(blocks) {
+        let [x, _] = component.sampling;
+        for line in blocks.chunks_exact(varied.len().saturating_mul(x).max(1)) {
+            for (sum, blocks) in sums.iter_mut().zip(line.chunks_exact(x.max(1))) {
+                blocks.iter().for_each(|block| *sum += variance(block, &component.steps));
+            }
+        }
+    }
+    varied.iter_mut().zip(sums).for_each(|(varied, sum)| *varied = sum > SMOOTH);
+}
+
+/// Runs of numbers that are true.
+fn runs_of(flags: &[bool]) -> impl Iterator<Item = Range<usize>> {
+    let mut end = 0_usize;
+    std::iter::from_fn(move || {
+        let next = |from: usize, flag: bool| flags.iter().skip(from).position(|&f| f == flag);
+        let start = end.saturating_add(next(end, true)?);
+        end = next(start, false).map_or(flags.len(), |count| start.saturating_add(count));
+        Some(start..end)
+    })
+}
+
+/// Texel of a unit of a block of each component, if all of these are of one sample.
+fn uniform_texel(frame: &Frame<'_>, blocks: &[Vec<Block>], unit: usize) -> Option<[u8; 4]> {
+    let mut samples = [0.0; 3];
+    for (sample, (component, blocks)) in samples.iter_mut().zip(frame.components.iter().zip(blocks)) {
+        let block = blocks.get(unit).filter(|block| block.last == 0)?;
+        *sample = block.mean(&component.steps);
+    }
+    let ([luma, blue, red], mut texel) = (samples, [[0; 4]]);
+    if frame.components.len() > 1 { colors(&[luma], &[blue], &[red], &mut texel) } else { greys(&[luma], &mut texel) }
+    let [texel] = texel;
+    Some(texel)
+}
+
+/// Writes the texels of units of one colour, so many of each, into a row.
+fn fill_uniform(uniform: &[Option<[u8; 4]>], side: usize, row: &mut [[u8; 4]]) {
+    for (texels, uniform) in row.chunks_mut(side.max(1)).zip(uniform) {
+        if let Some(texel) = uniform {
+            texels.fill(*texel);
         }
     }
 }
 
-/// Red, green and blue, not yet within their range (ITU-T T.871, clause 7).
-#[inline(always)]
-fn color(luma: f32, blue: f32, red: f32) -> [f32; 3] {
-    let [blue, red] = [blue - 128.0, red - 128.0];
-    [luma + 1.402 * red, luma - 0.344_136_3 * blue - 0.714_136_3 * red, luma + 1.772 * blue]
+/// Makes a part of a row of texels of samples: of luma alone if there are no others.
+fn paint([luma, blue, red]: [&[f32]; 3], run: &Range<usize>, texels: &mut [[u8; 4]]) {
+    let (Some(luma), Some(texels)) = (luma.get(run.clone()), texels.get_mut(run.clone())) else { return };
+    match (blue.get(run.clone()), red.get(run.clone())) {
+        (Some(blue), Some(red)) if !blue.is_empty() => colors(luma, blue, red, texels),
+        _ => greys(luma, texels),
+    }
+}
+
+/// Texels of samples (ITU-T T.871, clause 7).
+fn colors(luma: &[f32], blue: &[f32], red: &[f32], texels: &mut [[u8; 4]]) {
+    for ((texel, &luma), (&blue, &red)) in texels.iter_mut().zip(luma).zip(blue.iter().zip(red)) {
+        let [blue, red] = [blue - 128.0, red - 128.0];
+        let [r, g, b] =
+            [luma + 1.402 * red, luma - 0.344_136_3 * blue - 0.714_136_3 * red, luma + 1.772 * blue].map(code);
+        *texel = [r, g, b, 255];
+    }
+}
+
+/// Texels of grey samples.
+fn greys(luma: &[f32], texels: &mut [[u8; 4]]) {
+    for (texel, &luma) in texels.iter_mut().zip(luma) {
+        let luma = code(luma);
+        *texel = [luma, luma, luma, 255];
+    }
 }
 
 /// The nearest code.
 #[inline(always)]
 fn code(value: f32) -> u8 {
-    (value + 0.5) as u8
-}
-
-/// Code of the mean light of samples whose codes have this mean and variance.
-///
-/// Light is about the power 2.4 of the code and 14 more (IEC 61966-2-1). The mean of a power p of numbers of the mean x and variance v
-/// is that of x + (p - 1) v / (2 x), for a small v; the sum in the denominator keeps large ones within 0.02 x, for two equal halves.
-#[inline(always)]
-pub(super) fn brighter(mean: f32, variance: f32) -> f32 {
-    let x = if mean > 0.0 { mean } else { 0.0 } + 14.0;
-    mean + 0.7 * variance * x / (x * x + 0.4 * variance)
+    let value = if value > 0.0 { value } else { 0.0 };
+    let value = if value < 255.0 { value } else { 255.0 };
+    // From 2^23 on singles are whole numbers: the lowest bits are those of the code.
+    (value + 8_388_608.0).to_bits() as u8
 }

@@ -31,9 +31,8 @@ struct Reader<'a> {
 }
 
 impl<'a> Coefficients<'a> {
-    /// Reader of a frame's coefficients; of the first of each block alone if `first`.
-    pub fn new(frame: &Frame<'a>, first: bool) -> Self {
-        let reads = |scan: &&Scan<'_>| !first || matches!(scan.band, [0, _]);
+    /// Reader of a frame's coefficients.
+    pub fn new(frame: &Frame<'a>) -> Self {
         let reader = |scan: &Scan<'a>| Reader {
             bits: Bits::new(scan.data),
             predictions: [0; 4],
@@ -48,7 +47,7 @@ impl<'a> Coefficients<'a> {
             vec![Block::EMPTY; units.saturating_mul(x).saturating_mul(y)]
         };
         Self {
-            scans: frame.scans.iter().filter(reads).map(reader).collect(),
+            scans: frame.scans.iter().map(reader).collect(),
             blocks: frame.components.iter().map(blocks).collect(),
             row: 0,
         }

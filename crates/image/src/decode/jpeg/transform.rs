@@ -104,6 +104,14 @@ impl Block {
     /// A block of nothing.
     pub const EMPTY: Self = Self { coefficients: [0; 64], last: 0 };
 
+    /// Mean of its samples.
+    #[inline(always)]
+    pub fn mean(&self, steps: &[f32; 64]) -> f32 {
+        let ([first, ..], [step, ..]) = (self.coefficients, steps);
+        // Samples are stored less 128.
+        f32::from(first) * step * 0.125 + 128.0
+    }
+
     /// Makes it empty.
     pub fn clear(&mut self) {
         if self.last > 0 {
@@ -115,12 +123,30 @@ impl Block {
     }
 }
 
-/// A block as numbers, with what its means are to be compared with.
+/// A block as numbers.
 pub struct Dequantized {
     rows: [[f32; 8]; 8],
+    /// Columns and rows up to the last that are not 0.
     extent: [usize; 2],
-    /// Sum of the squares of all coefficients but the first.
-    energy: f32,
+}
+
+/// Variance of the samples of a block: the transform keeps the sum of squares (Parseval).
+#[inline(always)]
+pub fn variance(block: &Block, steps: &[f32; 64]) -> f32 {
+    if block.last == 0 {
+        return 0.0;
+    }
+    let mut sums = [0.0_f32; 8];
+    for (row, steps) in block.coefficients.as_chunks::<8>().0.iter().zip(steps.as_chunks::<8>().0) {
+        for ((sum, &coefficient), step) in sums.iter_mut().zip(row).zip(steps) {
+            let number = f32::from(coefficient) * step;
+            *sum += number * number;
+        }
+    }
+    let ([first, ..], [step, ..]) = (block.coefficients, steps);
+    let first = f32::from(first) * step;
+    let [a, b, c, d, e, f, g, h] = sums;
+    (((a + b) + (c + d)) + ((e + f) + (g + h)) - first * first) / 64.0
 }
 
 impl Dequantized {
@@ -128,45 +154,24 @@ impl Dequantized {
     #[inline(always)]
     pub fn new(block: &Block, steps: &[f32; 64]) -> Self {
         let mut rows = [[0.0; 8]; 8];
+        let extent = EXTENTS.get(usize::from(block.last)).copied().unwrap_or([8; 2]).map(usize::from);
         let numbers = rows.as_flattened_mut().iter_mut();
-        let [columns, count] = EXTENTS.get(usize::from(block.last)).copied().unwrap_or([8; 2]).map(usize::from);
-        if block.last == 0 {
-            let ([first, ..], [step, ..]) = (block.coefficients, steps);
-            let [[number, ..], ..] = &mut rows;
-            // Samples are stored less 128.
-            *number = f32::from(first) * step + 1024.0;
-            return Self { rows, extent: [columns, count], energy: 0.0 };
-        }
         for ((number, &coefficient), step) in numbers.zip(&block.coefficients).zip(steps) {
             *number = f32::from(coefficient) * step;
         }
-        let mut sums = [0.0_f32; 8];
-        for row in rows.iter().take(count) {
-            sums.iter_mut().zip(row).for_each(|(sum, number)| *sum += number * number);
-        }
-        let [a, b, c, d, e, f, g, h] = sums;
         let [[first, ..], ..] = &mut rows;
-        let energy = ((a + b) + (c + d)) + ((e + f) + (g + h)) - *first * *first;
-        *first += 1024.0;
-        Self { rows, extent: [columns, count], energy: if energy > 0.0 { energy } else { 0.0 } }
+        *first = 8.0 * block.mean(steps);
+        Self { rows, extent }
     }
 
     /// Means of `1 << fold` samples along each side, columns and rows, written to `plane` from `start` on, whose rows are
-    /// `stride` apart. Result: the mean variance of the samples about them.
+    /// `stride` apart.
     #[inline(always)]
-    pub fn means(&self, [fold_x, fold_y]: [u32; 2], plane: &mut [f32], start: usize, stride: usize) -> f32 {
+    pub fn means(&self, [fold_x, fold_y]: [u32; 2], plane: &mut [f32], start: usize, stride: usize) {
         let [columns, count] = self.extent;
         let [width, height] = [8 >> fold_x, 8 >> fold_y];
-        let [[first, ..], ..] = self.rows;
         let lines = plane.get_mut(start..).unwrap_or_default().chunks_mut(stride.max(1)).take(height);
-        if columns == 1 && count == 1 {
-            let mean = first * 0.125;
-            lines.for_each(|line| line.iter_mut().take(width).for_each(|to| *to = mean));
-            return 0.0;
-        }
         let [across, down] = [fold_x, fold_y].map(|fold| WEIGHTS.get(fold as usize).unwrap_or(&WEIGHTS[0]));
-        let mut squares = [0.0_f32; 8];
-        let middle = first * 0.125;
         for (sample, line) in lines.enumerate() {
             let mut sums = [0.0_f32; 8];
             for (row, weights) in self.rows.iter().zip(down).take(count) {
@@ -177,18 +182,7 @@ impl Dequantized {
             for (sum, weights) in sums.iter().zip(across).take(columns) {
                 means.iter_mut().zip(weights).for_each(|(mean, weight)| *mean += sum * weight);
             }
-            for ((to, mean), square) in line.iter_mut().zip(means).zip(&mut squares).take(width) {
-                *to = mean;
-                *square += (mean - middle) * (mean - middle);
-            }
+            line.iter_mut().zip(means).take(width).for_each(|(to, mean)| *to = mean);
         }
-        if fold_x == 0 && fold_y == 0 {
-            return 0.0;
-        }
-        let [a, b, c, d, e, f, g, h] = squares;
-        let kept = ((a + b) + (c + d)) + ((e + f) + (g + h));
-        // The transform keeps the sum of squares (Parseval).
-        let lost = self.energy / 64.0 - kept / (width.wrapping_mul(height)) as f32;
-        if lost > 0.0 { lost } else { 0.0 }
     }
 }

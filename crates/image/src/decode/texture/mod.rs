@@ -225,8 +225,7 @@ pub fn rows(
 }
 
 /// Gives rows as [`rows`] does, of the picture at its size halved as often as `halvings` says, which is
-/// [`Header::halvings`] at most. Texels are the means of 2, 4 or 8 texels along each side, of `light` of sRGB codes or of codes, without the
-/// rounding between. Where rows of several sizes end at the same place, that of the smallest comes first.
+/// [`Header::halvings`] at most. Texels are the means of 2, 4 or 8 texels along each side, of `light` of sRGB codes or of codes. Where rows of several sizes end at the same place, that of the smallest comes first.
 pub fn halved_rows(
     bytes: &[u8],
     header: &Header,
