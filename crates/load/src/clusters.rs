@@ -38,7 +38,8 @@ struct Members {
 impl Clusters {
     /// Clusters of vertices within `bounds`, at most about a quarter of `triangles`. `seed` is that of [`PositionTable`].
     pub(super) fn new(bounds: &Bounds, triangles: u64, seed: u64) -> Self {
-        let extent = bounds.size().into_iter().fold(0.0_f64, |most, side| if side > most { side } else { most });
+        let extent =
+            bounds.size().into_iter().fold(0.0_f64, |most, side| if side > most { side } else { most });
         let scale = if extent > 0.0 { f64::from((1_u32 << STEPS).wrapping_sub(1)) / extent } else { 0.0 };
         let most = usize::try_from(triangles / TRIANGLES as u64).unwrap_or(usize::MAX).max(1);
         // A surface of that many cells, as a square.
@@ -68,7 +69,13 @@ impl Clusters {
         for triangle in &mut self.triangles {
             let [a, b, c] = *triangle;
             // The least corner first, on the same side.
-            *triangle = if a < b && a < c { [a, b, c] } else if b < c { [b, c, a] } else { [c, a, b] };
+            *triangle = if a < b && a < c {
+                [a, b, c]
+            } else if b < c {
+                [b, c, a]
+            } else {
+                [c, a, b]
+            };
         }
         self.triangles.sort_unstable();
         self.triangles.dedup();

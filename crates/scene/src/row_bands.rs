@@ -124,7 +124,10 @@ impl RowBands {
     pub(super) fn finest(&self) -> Option<usize> {
         let bands = |level: &LevelLayout| level.height.div_ceil(1 << BAND_SHIFT);
         let BandLayout { levels, firsts, .. } = &self.layout;
-        levels.iter().zip(firsts).position(|(level, first)| (0..bands(level)).any(|band| self.has(first + band)))
+        levels
+            .iter()
+            .zip(firsts)
+            .position(|(level, first)| (0..bands(level)).any(|band| self.has(first + band)))
     }
 
     /// Number of image rows, from the top, that the resident rows depend on.

@@ -52,7 +52,9 @@ impl Parts for FileParts {
 
 /// True for a mesh of so many facets that it is reduced. Its vertices are half as many.
 pub(super) fn is_large(facets: u64, limits: &Limits) -> bool {
-    facets > limits.triangles || facets / 2 > limits.vertices || facets.saturating_mul(36) > limits.decoded_bytes
+    facets > limits.triangles
+        || facets / 2 > limits.vertices
+        || facets.saturating_mul(36) > limits.decoded_bytes
 }
 
 /// Reads a binary file that is larger than the limits allow, in parts. `None` for others, and for files whose size is not that of
@@ -82,7 +84,8 @@ impl Reader<'_> {
     /// Reads the facets of a binary file as a mesh of fewer.
     pub(super) fn reduce(&mut self, parts: &mut dyn Parts, count: u64) -> Result<(), LoadError> {
         let (mut bounds, mut skipped, mut colored) = (Bounds::EMPTY, 0_u64, false);
-        let drawn = |facet: &[u8; FACET]| Some(corners(facet)).filter(|corners| corners.iter().all(|&p| drawable(p)));
+        let drawn =
+            |facet: &[u8; FACET]| Some(corners(facet)).filter(|corners| corners.iter().all(|&p| drawable(p)));
         parts.each(&mut |facets| {
             for facet in facets {
                 match drawn(facet) {
@@ -100,7 +103,8 @@ impl Reader<'_> {
         let most = limits.triangles.min(limits.vertices).min(limits.decoded_bytes / 128);
         let seed = PositionTable::seed(bytemuck::bytes_of(&[bounds.min, bounds.max])) ^ self.seed | 1;
         let mut clusters = Clusters::new(&bounds, most, seed);
-        parts.each(&mut |facets| facets.iter().filter_map(drawn).for_each(|corners| clusters.add(corners)))?;
+        parts
+            .each(&mut |facets| facets.iter().filter_map(drawn).for_each(|corners| clusters.add(corners)))?;
         let cells = clusters.cells();
         let mesh = clusters.finish(self.about.unwrap_or_default().0);
         let left = mesh.triangles.len() as u64;
@@ -200,7 +204,11 @@ mod tests {
         let limits = Limits::default().with_triangles(1000);
         let context = Context { resolver: &NoResolver, limits: &limits, jobs: &Jobs::new(1) };
         let loaded = load(&bytes, &context).unwrap();
-        assert!(loaded.warnings[0].message.ends_with("; colours of facets are left out"), "{:?}", loaded.warnings);
+        assert!(
+            loaded.warnings[0].message.ends_with("; colours of facets are left out"),
+            "{:?}",
+            loaded.warnings
+        );
         assert!(loaded.warnings.iter().any(|w| w.message.starts_with("STL: 1 triangle left out")));
         assert_eq!(loaded.scene.origin()[0], 3e6);
         let bounds = loaded.scene.bounds();

@@ -391,9 +391,12 @@ fn levels_from_a_coarser_one_on_are_those_of_the_image() {
 #[test]
 fn levels_of_halves_are_their_rows() {
     let size = [64_u32, 40];
-    for (finest, mip) in [(0, MipFilter::Linear), (2, MipFilter::Linear), (0, MipFilter::None), (2, MipFilter::None)] {
+    for (finest, mip) in
+        [(0, MipFilter::Linear), (2, MipFilter::Linear), (0, MipFilter::None), (2, MipFilter::None)]
+    {
         let sampler = Sampler { mip, ..Sampler::default() };
-        let layout = BandLayout::new(&crate::texture::full_layout(crate::texture::level_size(size, finest), &sampler));
+        let layout =
+            BandLayout::new(&crate::texture::full_layout(crate::texture::level_size(size, finest), &sampler));
         let levels = crate::texture::layout_down(size, &sampler, finest);
         let all: Vec<u64> = layout.all().collect();
         let bits: u32 = all.iter().map(|word| word.count_ones()).sum();
@@ -408,7 +411,10 @@ fn levels_of_halves_are_their_rows() {
                 for halvings in range.clone().rev() {
                     if row.is_multiple_of(1 << halvings) && !chain.is_done() {
                         let code = 50 * halvings as u8 + (row >> halvings) as u8;
-                        chain.take_halved(halvings, &vec![[code, 7, code, 255]; (size[0] >> halvings) as usize]);
+                        chain.take_halved(
+                            halvings,
+                            &vec![[code, 7, code, 255]; (size[0] >> halvings) as usize],
+                        );
                     }
                 }
             }
@@ -427,8 +433,13 @@ fn levels_of_halves_are_their_rows() {
                     let last = (row + 1) << (level_number - halvings);
                     let found = u32::from(texels[start][0]);
                     let most = 50 * halvings + last;
-                    assert!((most.saturating_sub(last)..=most).contains(&found), "{level_number} {row}: {found} {most}");
-                    assert!(texels[start..][..level.width as usize].iter().all(|texel| *texel == texels[start]));
+                    assert!(
+                        (most.saturating_sub(last)..=most).contains(&found),
+                        "{level_number} {row}: {found} {most}"
+                    );
+                    assert!(
+                        texels[start..][..level.width as usize].iter().all(|texel| *texel == texels[start])
+                    );
                 }
             }
         }

@@ -89,7 +89,8 @@ impl<'a> Bits<'a> {
     #[cold]
     fn long_symbol(&mut self, table: &Huffman) -> Option<u8> {
         let code = (self.buffer >> 48) as u32;
-        let (length, row) = (1_u32..).zip(&table.lengths).skip(FAST as usize).find(|(_, row)| code < row.end)?;
+        let (length, row) =
+            (1_u32..).zip(&table.lengths).skip(FAST as usize).find(|(_, row)| code < row.end)?;
         self.skip(length);
         let place = (code >> 16_u32.wrapping_sub(length)).wrapping_add(row.offset);
         table.symbols.get(place as usize).copied()

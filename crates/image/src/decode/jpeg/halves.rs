@@ -1,6 +1,6 @@
 //! The picture at a half of its size, a quarter or an eighth: texels of a row of units.
 
-use super::rows::Plane;
+use super::plane::Plane;
 use overcoat_core::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8};
 use std::ops::Range;
 
@@ -33,10 +33,15 @@ impl Half {
     /// Makes the means of two rows of the whole picture, of which this is the half.
     pub fn add_texels(&mut self, upper: &[[u8; 4]], lower: &[[u8; 4]], run: &Range<usize>, light: bool) {
         let covered = self.covered(run);
-        let [upper, lower] = [upper, lower].map(|row| row.get(run.clone()).unwrap_or_default().as_chunks::<2>().0);
+        let [upper, lower] =
+            [upper, lower].map(|row| row.get(run.clone()).unwrap_or_default().as_chunks::<2>().0);
         let sums = self.sums.get_mut(covered).unwrap_or_default();
         let unit = |code: u8| {
-            if light { SRGB8_TO_LINEAR.get(usize::from(code)).copied().unwrap_or(0.0) } else { f32::from(code) }
+            if light {
+                SRGB8_TO_LINEAR.get(usize::from(code)).copied().unwrap_or(0.0)
+            } else {
+                f32::from(code)
+            }
         };
         for (sum, ([a, b], [c, d])) in sums.iter_mut().zip(upper.iter().zip(lower)) {
             let mean = |a: u8, b: u8, c: u8, d: u8| ((unit(a) + unit(c)) + (unit(b) + unit(d))) * 0.25;

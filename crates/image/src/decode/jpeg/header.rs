@@ -130,7 +130,11 @@ fn is_whole(frame: &Frame<'_>) -> bool {
 fn read_frame(segment: &[u8], progressive: bool) -> Option<Frame<'static>> {
     let (&[8, h1, h0, w1, w0, count], rest) = segment.split_first_chunk()? else { return None };
     let [width, height] = [[w1, w0], [h1, h0]].map(|side| u32::from(u16::from_be_bytes(side)));
-    if width == 0 || height == 0 || !matches!(count, 1 | 3) || rest.len() != usize::from(count).checked_mul(3)? {
+    if width == 0
+        || height == 0
+        || !matches!(count, 1 | 3)
+        || rest.len() != usize::from(count).checked_mul(3)?
+    {
         return None;
     }
     let mut components = Vec::with_capacity(3);
@@ -224,8 +228,7 @@ impl Tables {
         };
         let uses_dc = start == 0 && high == 0;
         let uses_ac = !frame.progressive || start > 0;
-        let has_tables =
-            |part: &Part| (!uses_dc || part.dc.is_some()) && (!uses_ac || part.ac.is_some());
+        let has_tables = |part: &Part| (!uses_dc || part.dc.is_some()) && (!uses_ac || part.ac.is_some());
         (fits && parts.iter().all(has_tables)).then_some(Scan {
             parts,
             band: [start, end],

@@ -10,6 +10,7 @@
 mod bits;
 mod halves;
 mod header;
+mod plane;
 mod rows;
 mod scan;
 mod transform;

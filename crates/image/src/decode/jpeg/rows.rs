@@ -1,16 +1,14 @@
 //! Rows of texels from rows of blocks.
 //!
-//! Chroma of half the columns or rows is interpolated between the two nearest samples with weights of 3/4 and 1/4, as most decoders
-//! do it.
-//!
 //! Texels of a halved picture are the means of those of the whole one, in a unit of it that varies made of all of them. A unit whose
 //! samples differ by less than one sees is transformed to the means themselves ([`SMOOTH`]): the light of these is the mean of light.
 
-use super::Jpeg;
 use super::halves::Half;
 use super::header::{Component, Frame};
+use super::plane::Plane;
 use super::scan::Coefficients;
 use super::transform::{Block, Dequantized, variance};
+use super::{Jpeg, MOST_HALVINGS};
 use std::ops::{Range, RangeInclusive};
 
 /// Sum of the variances of a unit's blocks, in squares of codes, up to which its texels are taken for their mean. The code of the mean
@@ -50,154 +48,6 @@ impl Jpeg<'_> {
     }
 }
 
-/// Samples of a component, of two rows of units.
-pub struct Plane {
-    /// True where there are half as many samples as of the first component.
-    halved: [bool; 2],
-    /// Samples of the picture, columns and rows; more are stored, up to whole units.
-    size: [usize; 2],
-    stride: usize,
-    /// Rows of a row of units.
-    rows: usize,
-    /// The last row of the units before.
-    above: Vec<f32>,
-    current: Vec<f32>,
-    next: Vec<f32>,
-}
-
-impl Plane {
-    /// Plane of the means of `1 << fold` samples along each side.
-    fn new(frame: &Frame<'_>, component: &Component, fold: u32) -> Self {
-        let most = frame.components.first().map_or([1; 2], |first| first.sampling);
-        let [[x, y], [most_x, most_y]] = [component.sampling, most];
-        let halved = [x != most_x, y != most_y];
-        let [width, height] = frame.size;
-        let size = [(width, x, most_x), (height, y, most_y)]
-            .map(|(side, own, most)| ((side >> fold) as usize).saturating_mul(own).div_ceil(most));
-        let [units, _] = frame.units;
-        let stride = units.saturating_mul(x).saturating_mul(8 >> fold);
-        let rows = y.saturating_mul(8 >> fold);
-        let samples = vec![0.0; stride.saturating_mul(rows)];
-        Self { halved, size, stride, rows, above: vec![0.0; stride], current: samples.clone(), next: samples }
-    }
-
-    /// A row of the current ones, counted from the first of these on, which is row `first` of the picture; for rows beyond the picture
-    /// the next one within.
-    fn row(&self, first: usize, row: isize) -> &[f32] {
-        let [width, height] = self.size;
-        let last = height.saturating_sub(first) as isize;
-        let row = row.min(last.saturating_sub(1));
-        let (plane, row) = match usize::try_from(row) {
-            Err(_) => (&self.above, 0),
-            Ok(row) if row < self.rows => (&self.current, row),
-            Ok(_) => (&self.next, 0),
-        };
-        plane.chunks_exact(self.stride.max(1)).nth(row).and_then(|row| row.get(..width)).unwrap_or_default()
-    }
-
-    /// Goes on to the next row of units.
-    fn advance(&mut self) {
-        if let Some(last) = self.current.chunks_exact(self.stride.max(1)).next_back() {
-            self.above.copy_from_slice(last);
-        }
-        std::mem::swap(&mut self.current, &mut self.next);
-    }
-
-    /// Samples of a texel row of the picture halved so often; `blended` and `out` are room. `units` is the row of units.
-    fn sample<'a>(
-        &'a self,
-        units: usize,
-        row: usize,
-        halvings: u32,
-        blended: &mut Vec<f32>,
-        out: &'a mut Vec<f32>,
-    ) -> &'a [f32] {
-        let first = units.saturating_mul(self.rows);
-        let [across, down] = self.halved;
-        if [across, down] == [false; 2] && halvings == 0 {
-            return self.row(first, row as isize);
-        }
-        let at = |row: usize| self.row(first, row as isize);
-        let share = 1.0 / (4_u32 << halvings) as f32;
-        blended.clear();
-        if down && halvings == 0 {
-            let near = row / 2;
-            let step = if row.is_multiple_of(2) { -1 } else { 1 };
-            let far = (near as isize).saturating_add(step);
-            let pairs = at(near).iter().zip(self.row(first, far));
-            blended.extend(pairs.map(|(near, far)| near + (far - near) * share));
-        } else {
-            // The mean of its samples, and of chroma a share of those around.
-            let count = 1_usize << halvings.saturating_sub(down.into());
-            let start = row.saturating_mul(count);
-            blended.extend_from_slice(at(start));
-            for row in start.saturating_add(1)..start.saturating_add(count) {
-                blended.iter_mut().zip(at(row)).for_each(|(sum, sample)| *sum += sample);
-            }
-            if count > 1 {
-                let scale = 1.0 / count as f32;
-                blended.iter_mut().for_each(|sum| *sum *= scale);
-            }
-            if down {
-                let last = start.saturating_add(count).saturating_sub(1);
-                let outer = self.row(first, (start as isize).saturating_sub(1)).iter().zip(at(last.saturating_add(1)));
-                let inner = at(start).iter().zip(at(last));
-                for ((mean, (above, below)), (top, bottom)) in blended.iter_mut().zip(outer).zip(inner) {
-                    *mean += ((above - top) + (below - bottom)) * share;
-                }
-            }
-        }
-        spread(blended, across, halvings, share, out);
-        out
-    }
-}
-
-/// [`Plane::sample`] along a row.
-fn spread(row: &[f32], halved: bool, halvings: u32, share: f32, out: &mut Vec<f32>) {
-    out.clear();
-    let ([left, ..], [.., right]) = (row, row) else { return };
-    if halved && halvings == 0 {
-        out.resize(row.len().saturating_mul(2), 0.0);
-        let pairs = out.as_chunks_mut::<2>().0;
-        if let ([first, ..], [_, second, ..]) = (&mut *pairs, row) {
-            *first = [*left, left + (second - left) * share];
-        }
-        for (pair, around) in pairs.iter_mut().skip(1).zip(row.windows(3)) {
-            if let [before, own, after] = around {
-                *pair = [own + (before - own) * share, own + (after - own) * share];
-            }
-        }
-        if let ([.., last], [.., before, _]) = (&mut *pairs, row) {
-            *last = [right + (before - right) * share, *right];
-        }
-        if let ([only], [sample]) = (pairs, row) {
-            *only = [*sample; 2];
-        }
-        return;
-    }
-    let count = 1_usize << halvings.saturating_sub(halved.into());
-    if count == 1 {
-        out.extend_from_slice(row);
-    } else {
-        let scale = 1.0 / count as f32;
-        out.extend(row.chunks_exact(count).map(|samples| samples.iter().sum::<f32>() * scale));
-    }
-    if !halved {
-        return;
-    }
-    let mut before = left;
-    let mut chunks = row.chunks_exact(count).zip(out).peekable();
-    while let Some((samples, mean)) = chunks.next() {
-        let ([first, ..], [.., last]) = (samples, samples) else { return };
-        let after = match chunks.peek() {
-            Some(([next, ..], _)) => next,
-            _ => last,
-        };
-        *mean += ((before - first) + (after - last)) * share;
-        before = last;
-    }
-}
-
 /// Rows of units on their way to texels.
 struct Stripes {
     size: [usize; 2],
@@ -221,11 +71,13 @@ struct Stripes {
 
 impl Stripes {
     fn new(frame: &Frame<'_>, range: RangeInclusive<u32>, light: bool) -> Self {
-        let planes: Vec<_> = frame.components.iter().map(|component| Plane::new(frame, component, 0)).collect();
+        let planes: Vec<_> =
+            frame.components.iter().map(|component| Plane::new(frame, component, 0)).collect();
         let size = frame.size.map(|side| side as usize);
         let half = |halvings: u32| {
             let plane = |component: &Component| {
-                let is_halved = frame.components.first().is_some_and(|first| first.sampling != component.sampling);
+                let is_halved =
+                    frame.components.first().is_some_and(|first| first.sampling != component.sampling);
                 (!is_halved).then(|| Plane::new(frame, component, halvings))
             };
             let is_given = range.contains(&halvings);
@@ -243,7 +95,10 @@ impl Stripes {
             planes,
             varied: [varied.clone(), varied],
             uniform: [vec![None; units], vec![None; units]],
-            unit: frame.components.first().map_or([8; 2], |first| first.sampling.map(|n| n.saturating_mul(8))),
+            unit: frame
+                .components
+                .first()
+                .map_or([8; 2], |first| first.sampling.map(|n| n.saturating_mul(8))),
             chroma: [Vec::new(), Vec::new()],
             blended: Vec::new(),
             texels: [Vec::new(), Vec::new()],
@@ -254,10 +109,17 @@ impl Stripes {
     fn transform(&mut self, frame: &Frame<'_>, blocks: &[Vec<Block>]) {
         let Self { whole, planes, halves, varied: [_, varied], uniform: [_, uniform], .. } = self;
         find_varied(frame, blocks, varied);
+        // The mean of all samples of a block needs no transform.
+        let is_finer = halves.iter().any(|half| half.is_given && half.halvings < MOST_HALVINGS);
         if frame.components.iter().all(|component| component.sampling == [1, 1]) {
-            uniform.iter_mut().enumerate().for_each(|(unit, texel)| *texel = uniform_texel(frame, blocks, unit));
+            uniform
+                .iter_mut()
+                .enumerate()
+                .for_each(|(unit, texel)| *texel = uniform_texel(frame, blocks, unit));
         }
-        for (number, ((component, blocks), plane)) in frame.components.iter().zip(blocks).zip(planes).enumerate() {
+        for (number, ((component, blocks), plane)) in
+            frame.components.iter().zip(blocks).zip(planes).enumerate()
+        {
             let is_halved = plane.halved != [false; 2];
             let [x, _] = component.sampling;
             let count = plane.stride / 8;
@@ -267,17 +129,23 @@ impl Stripes {
                         continue;
                     }
                     let is_varied = varied.get(column / x.max(1)).copied().unwrap_or(false);
-                    let numbers = (block.last > 0).then(|| Dequantized::new(block, &component.steps));
+                    let is_whole = *whole || is_halved || is_varied;
+                    let is_needed = block.last > 0 && (is_whole || is_finer);
+                    let numbers = is_needed.then(|| Dequantized::new(block, &component.steps));
                     let write = |plane: &mut Plane, fold: u32| {
                         let side = 8_usize >> fold;
                         let start = row.saturating_mul(side).saturating_mul(plane.stride);
                         let start = start.saturating_add(column.saturating_mul(side));
                         match &numbers {
-                            Some(numbers) => numbers.means([fold; 2], &mut plane.next, start, plane.stride),
-                            None => fill(&mut plane.next, start, plane.stride, side, block.mean(&component.steps)),
+                            Some(numbers) if fold < MOST_HALVINGS => {
+                                numbers.means([fold; 2], &mut plane.next, start, plane.stride);
+                            }
+                            _ => {
+                                fill(&mut plane.next, start, plane.stride, side, block.mean(&component.steps))
+                            }
                         }
                     };
-                    if *whole || is_halved || is_varied {
+                    if is_whole {
                         write(plane, 0);
                     }
                     if !is_varied {
@@ -316,7 +184,9 @@ impl Stripes {
         let [_, height] = self.size;
         let there = height.saturating_sub(units.saturating_mul(rows)).min(rows);
         self.smooth(units, there);
-        if self.halves.iter().any(|half| half.is_given) && self.varied.first().is_some_and(|v| v.contains(&true)) {
+        if self.halves.iter().any(|half| half.is_given)
+            && self.varied.first().is_some_and(|v| v.contains(&true))
+        {
             self.vary(units, there);
         }
         for Half { halvings, is_given, texels, width, .. } in self.halves.iter().rev() {
@@ -466,7 +336,11 @@ fn uniform_texel(frame: &Frame<'_>, blocks: &[Vec<Block>], unit: usize) -> Optio
         *sample = block.mean(&component.steps);
     }
     let ([luma, blue, red], mut texel) = (samples, [[0; 4]]);
-    if frame.components.len() > 1 { colors(&[luma], &[blue], &[red], &mut texel) } else { greys(&[luma], &mut texel) }
+    if frame.components.len() > 1 {
+        colors(&[luma], &[blue], &[red], &mut texel)
+    } else {
+        greys(&[luma], &mut texel)
+    }
     let [texel] = texel;
     Some(texel)
 }
@@ -494,7 +368,8 @@ fn colors(luma: &[f32], blue: &[f32], red: &[f32], texels: &mut [[u8; 4]]) {
     for ((texel, &luma), (&blue, &red)) in texels.iter_mut().zip(luma).zip(blue.iter().zip(red)) {
         let [blue, red] = [blue - 128.0, red - 128.0];
         let [r, g, b] =
-            [luma + 1.402 * red, luma - 0.344_136_3 * blue - 0.714_136_3 * red, luma + 1.772 * blue].map(code);
+            [luma + 1.402 * red, luma - 0.344_136_3 * blue - 0.714_136_3 * red, luma + 1.772 * blue]
+                .map(code);
         *texel = [r, g, b, 255];
     }
 }

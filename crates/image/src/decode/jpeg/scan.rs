@@ -224,7 +224,13 @@ impl Reader<'_> {
                     break;
                 }
                 0 => 0,
-                _ => if self.bits.bit() { step } else { step.wrapping_neg() },
+                _ => {
+                    if self.bits.bit() {
+                        step
+                    } else {
+                        step.wrapping_neg()
+                    }
+                }
             };
             // The new one comes behind as many coefficients that were 0 so far.
             while place <= end {

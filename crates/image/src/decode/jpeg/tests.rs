@@ -151,7 +151,8 @@ fn write_scan(
             let mut unit = Vec::new();
             for (place, &number) in numbers.iter().enumerate() {
                 let Plane { sampling: [h, v], blocks, coefficients, .. } = &planes[number];
-                let blocks_of = (0..*v).flat_map(|j| (0..*h).map(move |i| (y * v + j) * blocks[0] + x * h + i));
+                let blocks_of =
+                    (0..*v).flat_map(|j| (0..*h).map(move |i| (y * v + j) * blocks[0] + x * h + i));
                 unit.extend(blocks_of.map(|at| (place, &coefficients[at])));
             }
             units.push(unit);
@@ -416,7 +417,9 @@ fn rows_of_several_sizes_are_those_of_one() {
 
 #[test]
 fn odd_sizes_are_halved_as_often_as_they_can() {
-    for (size, expected) in [([64, 64], 3), ([40, 24], 3), ([36, 64], 2), ([34, 6], 1), ([33, 64], 0), ([1, 1], 0)] {
+    for (size, expected) in
+        [([64, 64], 3), ([40, 24], 3), ([36, 64], 2), ([34, 6], 1), ([33, 64], 0), ([1, 1], 0)]
+    {
         let bytes = file(size, &planes(size, SAMPLINGS[4]), Kind::Sequential, 0);
         let jpeg = Jpeg::open(&bytes).unwrap();
         assert_eq!(jpeg.halvings(), expected, "{size:?}");
@@ -482,7 +485,8 @@ fn files_of_other_kinds_are_left_to_others() {
     };
     assert!(changed(0, 0xff));
     // Lossless, arithmetic, 12 bits, no rows, four times as many samples of luma as of chroma, samples of chroma alone.
-    for (place, value) in [(1, 0xc3), (1, 0xc9), (4, 12), (6, 0), (11, 0x41), (11, 0x44), (14, 0x44), (11, 0)] {
+    for (place, value) in [(1, 0xc3), (1, 0xc9), (4, 12), (6, 0), (11, 0x41), (11, 0x44), (14, 0x44), (11, 0)]
+    {
         assert!(!changed(place, value), "{place} {value}");
     }
     let mut adobe = Writer { bytes: bytes[..2].to_vec(), ..Writer::default() };

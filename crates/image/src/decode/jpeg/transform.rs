@@ -59,7 +59,8 @@ const fn means(weights: &Weights, count: usize) -> Weights {
     while frequency < 8 {
         let mut sample = 0;
         while 2 * sample + 1 < count {
-            means[frequency][sample] = 0.5 * (weights[frequency][2 * sample] + weights[frequency][2 * sample + 1]);
+            means[frequency][sample] =
+                0.5 * (weights[frequency][2 * sample] + weights[frequency][2 * sample + 1]);
             sample += 1;
         }
         frequency += 1;
@@ -69,9 +70,9 @@ const fn means(weights: &Weights, count: usize) -> Weights {
 
 /// Natural order of the coefficients: row by row, in zigzag (ITU-T T.81, figure A.6).
 pub const ZIGZAG: [u8; 64] = [
-    0, 1, 8, 16, 9, 2, 3, 10, 17, 24, 32, 25, 18, 11, 4, 5, 12, 19, 26, 33, 40, 48, 41, 34, 27, 20, 13, 6, 7, 14, 21,
-    28, 35, 42, 49, 56, 57, 50, 43, 36, 29, 22, 15, 23, 30, 37, 44, 51, 58, 59, 52, 45, 38, 31, 39, 46, 53, 60, 61, 54,
-    47, 55, 62, 63,
+    0, 1, 8, 16, 9, 2, 3, 10, 17, 24, 32, 25, 18, 11, 4, 5, 12, 19, 26, 33, 40, 48, 41, 34, 27, 20, 13, 6, 7,
+    14, 21, 28, 35, 42, 49, 56, 57, 50, 43, 36, 29, 22, 15, 23, 30, 37, 44, 51, 58, 59, 52, 45, 38, 31, 39,
+    46, 53, 60, 61, 54, 47, 55, 62, 63,
 ];
 
 /// Columns and rows of the coefficients up to each place of the zigzag.
@@ -103,6 +104,12 @@ pub struct Block {
 impl Block {
     /// A block of nothing.
     pub const EMPTY: Self = Self { coefficients: [0; 64], last: 0 };
+
+    /// Columns and rows up to the last that are not 0.
+    #[inline(always)]
+    fn extent(&self) -> [usize; 2] {
+        EXTENTS.get(usize::from(self.last)).copied().unwrap_or([8; 2]).map(usize::from)
+    }
 
     /// Mean of its samples.
     #[inline(always)]
@@ -137,7 +144,9 @@ pub fn variance(block: &Block, steps: &[f32; 64]) -> f32 {
         return 0.0;
     }
     let mut sums = [0.0_f32; 8];
-    for (row, steps) in block.coefficients.as_chunks::<8>().0.iter().zip(steps.as_chunks::<8>().0) {
+    let [_, count] = block.extent();
+    for (row, steps) in block.coefficients.as_chunks::<8>().0.iter().zip(steps.as_chunks::<8>().0).take(count)
+    {
         for ((sum, &coefficient), step) in sums.iter_mut().zip(row).zip(steps) {
             let number = f32::from(coefficient) * step;
             *sum += number * number;
@@ -154,10 +163,13 @@ impl Dequantized {
     #[inline(always)]
     pub fn new(block: &Block, steps: &[f32; 64]) -> Self {
         let mut rows = [[0.0; 8]; 8];
-        let extent = EXTENTS.get(usize::from(block.last)).copied().unwrap_or([8; 2]).map(usize::from);
-        let numbers = rows.as_flattened_mut().iter_mut();
-        for ((number, &coefficient), step) in numbers.zip(&block.coefficients).zip(steps) {
-            *number = f32::from(coefficient) * step;
+        let extent = block.extent();
+        let [_, count] = extent;
+        let coefficients = block.coefficients.as_chunks::<8>().0.iter().zip(steps.as_chunks::<8>().0);
+        for (row, (coefficients, steps)) in rows.iter_mut().zip(coefficients).take(count) {
+            for ((number, &coefficient), step) in row.iter_mut().zip(coefficients).zip(steps) {
+                *number = f32::from(coefficient) * step;
+            }
         }
         let [[first, ..], ..] = &mut rows;
         *first = 8.0 * block.mean(steps);

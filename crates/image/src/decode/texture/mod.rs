@@ -6,8 +6,8 @@ pub(super) mod kind;
 mod ktx2;
 mod rows;
 
-use ::image::{ImageDecoder, ImageFormat, ImageReader};
 use super::jpeg::Jpeg;
+use ::image::{ImageDecoder, ImageFormat, ImageReader};
 use kind::Kind;
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_core::limits::{LimitExceeded, Limits};
