@@ -41,7 +41,8 @@ impl Clusters {
         let extent =
             bounds.size().into_iter().fold(0.0_f64, |most, side| if side > most { side } else { most });
         let scale = if extent > 0.0 { f64::from((1_u32 << STEPS).wrapping_sub(1)) / extent } else { 0.0 };
-        let most = usize::try_from(triangles / TRIANGLES as u64).unwrap_or(usize::MAX).max(1);
+        let most =
+            usize::try_from(triangles).unwrap_or(usize::MAX).checked_div(TRIANGLES).unwrap_or(0).max(1);
         // A surface of that many cells, as a square.
         let cells = (most.ilog2() / 2).min(STEPS);
         let (table, members, triangles) = (PositionTable::new(seed), Vec::new(), Vec::new());

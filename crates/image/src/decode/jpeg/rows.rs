@@ -128,7 +128,8 @@ impl Stripes {
                     if matches!(uniform.get(column), Some(Some(_))) {
                         continue;
                     }
-                    let is_varied = varied.get(column / x.max(1)).copied().unwrap_or(false);
+                    let is_varied =
+                        column.checked_div(x).and_then(|unit| varied.get(unit)).is_some_and(|varied| *varied);
                     let is_whole = *whole || is_halved || is_varied;
                     let is_needed = block.last > 0 && (is_whole || is_finer);
                     let numbers = is_needed.then(|| Dequantized::new(block, &component.steps));

@@ -425,9 +425,14 @@ mod tests {
         // Some programs append what is no picture.
         assert!(flaw(&[&jpeg[..], &[0; 99]].concat()).1.is_empty());
         let (image, message) = flaw(&[&[0; 5], &jpeg[..]].concat());
-        assert_eq!((image.texels(), message.starts_with("5 bytes before")), (expected.texels(), true));
+        // Such files are read by another decoder, which rounds in its own way.
+        let is_near = |image: &Image, count: usize| {
+            let channels = |image: &Image| image.texels()[..count].as_flattened().to_vec();
+            channels(image).iter().zip(channels(&expected)).all(|(a, b)| a.abs_diff(b) <= 3)
+        };
+        assert!(is_near(&image, 64 * 64) && message.starts_with("5 bytes before"), "{message}");
         let (image, message) = flaw(&jpeg[..jpeg.len() * 3 / 4]);
-        assert_eq!(image.texels()[..64 * 8], expected.texels()[..64 * 8]);
+        assert!(is_near(&image, 64 * 8));
         assert!(message.starts_with("it ends early"), "{message}");
     }
 
