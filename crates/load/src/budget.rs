@@ -48,7 +48,7 @@ impl Claim {
 
     /// Claim to the whole of a picture with this header.
     pub(crate) fn of(header: &Header, per_texel: u64) -> Self {
-        let transient = header.texels().saturating_mul(header.transient);
+        let transient = header.transient_bytes();
         Self { transient, ..Self::new([header.width, header.height], per_texel) }
     }
 

@@ -5,6 +5,7 @@ use crate::image::{self, Header, Picture};
 use crate::warnings::Warnings;
 use crate::{LoadError, TextureLoading};
 use overcoat_scene::{AlphaUse, ColorSpace, Image, ImageSource, LazyImage, Sampler, Texture, level_size};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Colour space, use of alpha and sampler of a texture.
@@ -50,6 +51,21 @@ impl EncodedImage {
         Texture::lazy(&self.lazy([form]), 0)
     }
 
+    /// Texture in one form, decoded now, of an image that can be read at halves of its size: its levels are not made of its texels
+    /// alone. `None` for others, and if it is not sound.
+    pub(crate) fn streamed(&self, form: Form) -> Option<Texture> {
+        if self.header.halvings() == 0 {
+            return None;
+        }
+        self.lazy_texture(form)?.streamed()
+    }
+
+    /// True if [`EncodedImage::streamed`] has textures of the image.
+    pub(crate) fn can_be_streamed(&self) -> bool {
+        let most = self.header.halvings();
+        most > 0 && self.halved_rows(most..=most, true, &mut |_, _| true)
+    }
+
     /// Decoded image; of a reduced one, the level that is kept.
     ///
     /// # Errors
@@ -78,6 +94,9 @@ impl EncodedImage {
         if loading == TextureLoading::ByNeed || self.finest > 0 {
             return Ok(self.lazy_texture(form));
         }
+        if let Some(texture) = self.streamed(form) {
+            return Ok(Some(texture));
+        }
         match image::decode(&self.bytes, &self.header) {
             Ok(Picture { image, flaw }) => {
                 if let Some(flaw) = flaw {
@@ -105,11 +124,21 @@ impl ImageSource for EncodedImage {
         image::rows(&self.bytes, &self.header, raw, take)
     }
 
+    fn halvings(&self) -> u32 {
+        self.header.halvings()
+    }
+
+    fn halved_rows(
+        &self,
+        halvings: RangeInclusive<u32>,
+        light: bool,
+        take: &mut dyn FnMut(u32, &[[u8; 4]]) -> bool,
+    ) -> bool {
+        image::halved_rows(&self.bytes, &self.header, halvings, light, take)
+    }
+
     fn transient(&self) -> u64 {
-        if self.header.is_read_by_rows() {
-            return 0;
-        }
-        self.header.texels().saturating_mul(self.header.transient)
+        if self.header.is_read_by_rows() { 0 } else { self.header.transient_bytes() }
     }
 
     fn image(&self) -> Result<(Image, Vec<String>), String> {

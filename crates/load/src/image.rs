@@ -2,7 +2,9 @@
 //! and others have here.
 
 pub use overcoat_image::decode::texture::FORMATS;
-pub use overcoat_image::decode::texture::{Header, ImageError, Picture, area, decode, rows, scaled_texel};
+pub use overcoat_image::decode::texture::{
+    Header, ImageError, Picture, area, decode, halved_rows, rows, scaled_texel,
+};
 
 use super::foreign;
 use overcoat_core::limits::Limits;

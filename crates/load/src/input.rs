@@ -39,6 +39,19 @@ impl Input {
     }
 }
 
+/// Bytes from which on a file may be one that is not read as a whole.
+const LARGE: u64 = 1 << 16;
+
+/// A regular file of some size, whatever the limits say, to be read in parts.
+///
+/// # Errors
+/// [`LoadError::Io`] if it cannot be opened.
+pub(super) fn open_large(path: &Path) -> Result<Option<File>, LoadError> {
+    let is_large = |metadata: &Metadata| metadata.is_file() && metadata.len() >= LARGE;
+    let large = std::fs::metadata(path).is_ok_and(|metadata| is_large(&metadata));
+    Ok(if large { Some(File::open(path)?) } else { None })
+}
+
 /// The content of a file that a user names, unpacked, and what was wrong with how it was packed.
 ///
 /// # Errors

@@ -38,6 +38,7 @@ mod animated;
 mod archive;
 mod budget;
 mod clay;
+mod clusters;
 #[cfg(feature = "more-models")]
 mod collada;
 #[cfg(any(feature = "more-models", feature = "obj"))]
@@ -282,6 +283,13 @@ fn read_path(
 ) -> Result<(Model, Option<Format>), LoadError> {
     let resolver = resolver_beside(path);
     let context = Context { resolver: resolver.as_ref(), limits, jobs };
+    #[cfg(feature = "ply-stl")]
+    if let Some(file) = input::open_large(path)?
+        && let Some(loaded) = stl::load_file(file, &context)?
+    {
+        options.refuse()?;
+        return Ok((still(loaded, Some(Format::Stl), options), Some(Format::Stl)));
+    }
     let input = Input::open(path, limits)?;
     if let Input::File(file) = &input {
         let size = file.metadata()?.len();

@@ -36,7 +36,7 @@ impl TextureMemory {
             return false;
         }
         let pixels = u64::from(options.width) * u64::from(options.height);
-        let few = !self.always && texels(scene) <= WORTH * pixels;
+        let few = !self.always && texels(scene) <= MANY.min(WORTH * pixels);
         let all = options.visibility.rays > 0 || options.stage_hashes || few;
         for instance in scene.instances() {
             let material = &scene.materials()[instance.material.index()];
@@ -146,6 +146,9 @@ fn is_lazy(scene: &Scene) -> bool {
 /// decoding some 13 ns a texel (FlightHelmet at 256 x 256, one thread), and it saves a part of the texels alone: models with
 /// fewer lost up to a tenth of their time to it.
 const WORTH: u64 = 96;
+
+/// Texels that are never all kept without asking: with their mip levels they take some 50 MB.
+const MANY: u64 = 1 << 23;
 
 /// Texels of the images that are decoded by need.
 fn texels(scene: &Scene) -> u64 {

@@ -9,6 +9,7 @@ use super::parameters::{EMISSIVE_TEXTURE, slots};
 use super::row_bands::{BandLayout, RowBands};
 use super::texture::{full_layout, is_opaque, layout_down, level_size};
 use super::{AlphaUse, ColorSpace, Image, Material, Sampler, Scene, Texture, TextureId, TextureRef};
+use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -18,6 +19,21 @@ pub trait ImageSource: Send + Sync {
     /// overwrite. False if the image is not sound, whatever rows were given: then [`ImageSource::image`] says what
     /// could be read.
     fn rows(&self, raw: &mut Vec<u8>, take: &mut dyn FnMut(&[[u8; 4]]) -> bool) -> bool;
+    /// Number of times that rows can be read at half the size; 0 for an image that may have alpha.
+    fn halvings(&self) -> u32 {
+        0
+    }
+    /// Gives rows as [`ImageSource::rows`] does, of the image at its size halved as often as `halvings` says, with the number of
+    /// halvings. Texels are means of `light` of sRGB codes, or of codes, as those of mip levels are. Where rows of several sizes end at the same place, that
+    /// of the smallest comes first.
+    fn halved_rows(
+        &self,
+        _halvings: RangeInclusive<u32>,
+        _light: bool,
+        _take: &mut dyn FnMut(u32, &[[u8; 4]]) -> bool,
+    ) -> bool {
+        false
+    }
     /// Bytes that reading its rows takes for a while.
     fn transient(&self) -> u64;
     /// The image and its flaws, or the reason why it is lost: each one line.
@@ -134,9 +150,25 @@ impl Form {
             if let Some(made) = lock(made).as_ref().filter(|made| made.bands().is_none()) {
                 return Box::new(made.clone());
             }
+            if let Some(streamed) = self.streamed(texture) {
+                return Box::new(streamed);
+            }
             let image = self.image.decoded().unwrap_or_else(|| Arc::new(Image::white()));
             Box::new(Texture::from_level(image, *color_space, *alpha, *sampler, self.image.finest))
         })
+    }
+}
+
+impl Form {
+    /// All of `texture`, which is of this form, made while the rows of its image come in. `None` if that cannot be done, or if its
+    /// levels are those that [`Texture::new`] makes: then the image may be kept.
+    pub(super) fn streamed(&self, texture: &Texture) -> Option<Texture> {
+        let FormState { layout, .. } = self.state();
+        let all = Lacking { texture, form: self, wanted: layout.all().collect() };
+        if self.image.source.halvings() == 0 || all.is_mask() {
+            return None;
+        }
+        self.image.stream(&[all], &mut Vec::new())?.pop()
     }
 }
 
@@ -240,7 +272,8 @@ impl LazyImage {
         if lacking.is_empty() || self.is_lost() {
             return;
         }
-        if self.image.get().is_none()
+        // What is made of halves is never made of the whole.
+        if (self.image.get().is_none() || self.source.halvings() > 0)
             // Levels of a mask are made of the whole image, if that is kept.
             && (self.finest > 0 || !lacking.iter().any(|of| of.is_mask()))
             && let Some(made) = self.stream(&lacking, raw)
@@ -264,6 +297,9 @@ impl LazyImage {
 
     /// Textures with the rows that are lacking, and those that were there. `None` if the image is not sound.
     fn stream(&self, lacking: &[Lacking<'_>], raw: &mut Vec<u8>) -> Option<Vec<Texture>> {
+        if self.source.halvings() > 0 {
+            return self.stream_halved(lacking);
+        }
         let is_normals = |of: &Lacking<'_>| of.form.state().alpha == AlphaUse::Normals;
         // The alpha of normals depends on whether some texel has alpha.
         let needs_all = !self.opaque && lacking.iter().any(is_normals);
@@ -290,6 +326,30 @@ impl LazyImage {
         }
         let finish = |(of, made): (&Lacking<'_>, Chain)| {
             of.texture.with_bands(made, [opaque, opaque && is_normals(of)])
+        };
+        Some(lacking.iter().zip(made).map(finish).collect())
+    }
+
+    /// [`LazyImage::stream`] of an image that can be read at halves of its size, and has no alpha. Levels are the rows of these, whatever
+    /// others are asked for with them; those of normals, which tell how much these differ, are made of the image.
+    fn stream_halved(&self, lacking: &[Lacking<'_>]) -> Option<Vec<Texture>> {
+        let mut made = lacking.iter().map(|of| of.start(true)).collect::<Vec<_>>();
+        for space in [ColorSpace::Linear, ColorSpace::Srgb] {
+            let of_space = lacking.iter().zip(&mut made).filter(|(of, _)| of.form.color_space() == space);
+            let mut chains = of_space.map(|(_, chain)| chain).collect::<Vec<_>>();
+            let halvings = chains.iter().map(|chain| chain.halvings());
+            let range = halvings.reduce(|a, b| *a.start().min(b.start())..=*a.end().max(b.end()));
+            let Some(range) = range else { continue };
+            let mut take = |halvings: u32, row: &[[u8; 4]]| {
+                chains.iter_mut().for_each(|chain| chain.take_halved(halvings, row));
+                !chains.iter().all(|chain| chain.is_done())
+            };
+            if !self.source.halved_rows(range, space == ColorSpace::Srgb, &mut take) {
+                return None;
+            }
+        }
+        let finish = |(of, made): (&Lacking<'_>, Chain)| {
+            of.texture.with_bands(made, [true, of.form.state().alpha == AlphaUse::Normals])
         };
         Some(lacking.iter().zip(made).map(finish).collect())
     }
@@ -322,7 +382,11 @@ impl<'a> Lacking<'a> {
         let levels =
             if finest == 0 { full_layout(size, sampler) } else { layout_down(size, sampler, finest) };
         let wanted = if self.is_mask() { layout.all().collect() } else { self.wanted.clone() };
-        Chain::new(&levels, RowBands::new(layout, wanted), *color_space, alpha)
+        let halvings = match alpha {
+            AlphaUse::Data | AlphaUse::Coverage => self.form.image.source.halvings(),
+            AlphaUse::Mask { .. } | AlphaUse::Normals => 0,
+        };
+        Chain::new(&levels, RowBands::new(layout, wanted), *color_space, alpha, halvings)
     }
 
     fn is_mask(&self) -> bool {

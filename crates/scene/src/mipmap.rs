@@ -12,6 +12,7 @@
 use super::row_bands::{RowBands, doubled};
 use super::{AlphaUse, ColorSpace, Image, LevelLayout};
 use overcoat_core::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8};
+use std::ops::RangeInclusive;
 
 /// Weight of an invisible texel's colour, as a fraction of an opaque one's. Not 0, so that the colour of a wholly
 /// invisible share is its plain average; a power of two, so that its averages are exact.
@@ -60,10 +61,15 @@ pub struct Chain {
     bands: RowBands,
     /// Number of the level that is level 0 of the bands; that of the image is 0.
     finest: usize,
-    /// Rows of the image that came in.
-    row: u32,
-    /// Number of image rows that the bands depend on, from the top.
+    /// Halvings of the image whose rows are taken.
+    halvings: RangeInclusive<u32>,
+    /// Layout of the image and its levels, as far as halvings go.
+    layout: Vec<LevelLayout>,
+    /// Rows of each of the halvings that came in.
+    taken: Vec<u32>,
+    /// Number of rows of the largest that the bands depend on, from the top.
     rows: u32,
+    /// The levels that are made of the last of the halvings.
     levels: Box<dyn Rows>,
     /// Texels of the bands; if all bands are kept, of the levels below the image.
     texels: Vec<[u8; 4]>,
@@ -75,28 +81,47 @@ pub struct Chain {
 
 impl Chain {
     /// Starts the `levels` of an image, itself the first, of which the rows in `bands` are kept. Bands have the coarsest
-    /// levels alone if they are of fewer. Those of a mask are all kept, and lack the image.
-    pub fn new(levels: &[LevelLayout], bands: RowBands, color_space: ColorSpace, alpha: AlphaUse) -> Self {
+    /// levels alone if they are of fewer. Those of a mask are all kept, and lack the image. Levels up to the number
+    /// `halvings` are rows of the halved image as they come, the smaller ones are made of the last of these.
+    pub fn new(
+        levels: &[LevelLayout],
+        bands: RowBands,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+        halvings: u32,
+    ) -> Self {
         let size = levels.first().map(|image| image.width as usize * image.height as usize);
         let finest = levels.len().saturating_sub(bands.levels().len());
         let rows = levels[..finest]
             .iter()
             .rev()
             .fold(bands.source_rows(), |rows, finer| doubled(rows, finer.height));
-        fn of<M: Meaning + 'static>(levels: &[LevelLayout]) -> Box<dyn Rows> {
+        let halvings = halvings.min(levels.len().saturating_sub(1) as u32);
+        let wanted = bands.finest().map_or(0, |level| finest + level) as u32;
+        let halvings = wanted.min(halvings)..=halvings;
+        let rows = rows.div_ceil(1 << halvings.start());
+        fn of<M: Meaning + 'static>(levels: &[LevelLayout], halvings: u32) -> Box<dyn Rows> {
             let Some((image, levels)) = levels.split_first() else { return Box::new(()) };
             if levels.is_empty() {
                 return Box::new(());
             }
-            Box::new(Cascade::<M>::new([image.width, image.height], levels))
+            Box::new(Cascade::<M>::new([image.width, image.height], levels, halvings as usize))
         }
-        let stages = match (color_space, alpha) {
-            (ColorSpace::Srgb, AlphaUse::Data) => of::<Plain<true>>(levels),
-            (ColorSpace::Linear, AlphaUse::Data) => of::<Plain<false>>(levels),
-            (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<true>>(levels),
-            (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<false>>(levels),
-            (_, AlphaUse::Normals) => of::<Normals>(levels),
+        let last = *halvings.end();
+        let smaller = levels.get(last as usize..).unwrap_or_default();
+        let layout = levels.iter().take(last as usize + 1).copied().collect();
+        let levels = match (color_space, alpha) {
+            (ColorSpace::Srgb, AlphaUse::Data) => of::<Plain<true>>(smaller, last),
+            (ColorSpace::Linear, AlphaUse::Data) => of::<Plain<false>>(smaller, last),
+            (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
+                of::<Covered<true>>(smaller, last)
+            }
+            (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
+                of::<Covered<false>>(smaller, last)
+            }
+            (_, AlphaUse::Normals) => of::<Normals>(smaller, last),
         };
+        let taken = halvings.clone().map(|_| 0).collect();
         let (mut count, mut image) = (bands.texels(), None);
         if let (true, 0, Some(size)) = (bands.are_all(), finest, size) {
             count -= size;
@@ -106,28 +131,52 @@ impl Chain {
             AlphaUse::Mask { cutoff_bits } => Some(f32::from_bits(cutoff_bits)),
             _ => None,
         };
-        Self { bands, finest, row: 0, rows, levels: stages, texels: vec![[0; 4]; count], image, cutoff }
+        let texels = vec![[0; 4]; count];
+        Self { bands, finest, halvings, layout, taken, rows, levels, texels, image, cutoff }
+    }
+
+    /// Halvings of the image whose rows are taken.
+    pub fn halvings(&self) -> RangeInclusive<u32> {
+        self.halvings.clone()
     }
 
     /// True if the bands depend on no further row of the image.
     pub fn is_done(&self) -> bool {
-        self.row >= self.rows
+        self.taken.first().is_none_or(|&row| row >= self.rows)
     }
 
     /// Takes the next row of the image, from the top.
     pub fn take(&mut self, row: &[[u8; 4]]) {
-        match &mut self.image {
-            Some(image) => image.extend_from_slice(row),
-            None if self.finest == 0 => {
-                if let Some(start) = self.bands.place(0, self.row) {
-                    self.texels[start..][..row.len()].copy_from_slice(row);
-                }
+        self.take_halved(0, row);
+    }
+
+    /// Takes the next row, from the top, of the image at its size halved so often. Of sizes that are not asked for nothing is
+    /// taken.
+    pub fn take_halved(&mut self, halvings: u32, row: &[[u8; 4]]) {
+        let number = halvings.checked_sub(*self.halvings.start());
+        let Some(taken) = number.and_then(|number| self.taken.get_mut(number as usize)) else { return };
+        let number = *taken;
+        *taken += 1;
+        let place = match &mut self.image {
+            Some(image) if halvings == 0 => {
+                image.extend_from_slice(row);
+                None
             }
-            None => {}
+            Some(_) => {
+                self.layout.get(halvings as usize).map(|level| (level.offset + number * level.width) as usize)
+            }
+            None => {
+                let level = (halvings as usize).checked_sub(self.finest);
+                level.and_then(|level| self.bands.place(level, number))
+            }
+        };
+        if let Some(start) = place {
+            self.texels[start..][..row.len()].copy_from_slice(row);
         }
-        self.row += 1;
-        let bands = if self.image.is_some() { None } else { Some((&self.bands, self.finest)) };
-        self.levels.take(row, &mut Kept { bands, texels: &mut self.texels });
+        if halvings == *self.halvings.end() {
+            let bands = if self.image.is_some() { None } else { Some((&self.bands, self.finest)) };
+            self.levels.take(row, &mut Kept { bands, texels: &mut self.texels });
+        }
     }
 
     /// The kept rows, once all rows are in.
@@ -331,7 +380,7 @@ fn cascade<M: Meaning>(image: &Image, levels: &[LevelLayout]) -> Vec<[u8; 4]> {
     let mut texels = vec![[0; 4]; count as usize];
     let kept = &mut Kept { bands: None, texels: &mut texels };
     let width = image.width() as usize;
-    let mut cascade = Cascade::<M>::new([image.width(), image.height()], levels);
+    let mut cascade = Cascade::<M>::new([image.width(), image.height()], levels, 0);
     if cascade.is_even {
         for rows in image.texels().chunks_exact(2 * width) {
             let (upper, lower) = rows.split_at(width);
@@ -355,13 +404,13 @@ struct Cascade<M> {
 }
 
 impl<M: Meaning> Cascade<M> {
-    /// Starts the levels of an image of this size.
-    fn new([width, height]: [u32; 2], levels: &[LevelLayout]) -> Self {
+    /// Starts the levels of an image of this size, which is level `first` itself.
+    fn new([width, height]: [u32; 2], levels: &[LevelLayout], first: usize) -> Self {
         let is_even = width.is_multiple_of(2) && height.is_multiple_of(2) && !levels.is_empty();
         let mut source = [width, height];
         let mut stages = Vec::with_capacity(levels.len());
         for (k, &level) in levels.iter().enumerate() {
-            stages.push(Stage::new(source, level, k + 1));
+            stages.push(Stage::new(source, level, first + k + 1));
             source = [level.width, level.height];
         }
         Self {

@@ -120,6 +120,16 @@ impl RowBands {
         self.present.get(band as usize / 64).is_some_and(|word| word >> (band % 64) & 1 == 1)
     }
 
+    /// The finest level with resident rows.
+    pub(super) fn finest(&self) -> Option<usize> {
+        let bands = |level: &LevelLayout| level.height.div_ceil(1 << BAND_SHIFT);
+        let BandLayout { levels, firsts, .. } = &self.layout;
+        levels
+            .iter()
+            .zip(firsts)
+            .position(|(level, first)| (0..bands(level)).any(|band| self.has(first + band)))
+    }
+
     /// Number of image rows, from the top, that the resident rows depend on.
     pub fn source_rows(&self) -> u32 {
         let BandLayout { levels, firsts, .. } = &self.layout;
@@ -179,6 +189,8 @@ mod tests {
         let rows = |bits: u64| RowBands::new(&layout, vec![bits]).source_rows();
         assert_eq!([0, 1, 0b10, 0b1_0000, 0b10_0000, 0b100_0000].map(rows), [0, 8, 16, 33, 17, 33]);
         assert_eq!([0b1000_0000, 0b1_0000_0000].map(rows), [33, 15]);
+        let finest = |bits: u64| RowBands::new(&layout, vec![bits]).finest();
+        assert_eq!([0, 0b10_0000, 0b1_1000_0000].map(finest), [None, Some(1), Some(2)]);
         assert_eq!(layout.all().collect::<Vec<_>>(), [0b1_1111_1111]);
         assert_eq!(RowBands::new(&layout, layout.all().collect()).texels(), layout.texels());
     }

@@ -274,6 +274,13 @@ impl Texture {
         })
     }
 
+    /// All of a texture of an image that is read at halves of its size, as pictures have it; of another, or of one that is not sound,
+    /// `None`.
+    #[must_use]
+    pub fn streamed(&self) -> Option<Self> {
+        self.lazy.as_ref()?.streamed(self)
+    }
+
     /// The same with the rows that were made, all of which came in.
     pub fn with_bands(&self, made: Chain, facts: [bool; 2]) -> Self {
         let [is_opaque, has_variance] = facts;

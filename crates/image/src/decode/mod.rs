@@ -22,6 +22,7 @@ mod error;
 #[cfg(feature = "exr")]
 mod exr_planes;
 mod exr_samples;
+mod jpeg;
 mod motion;
 #[cfg_attr(not(feature = "exr"), path = "without_exr.rs")]
 pub mod openexr;

@@ -334,6 +334,20 @@ impl Encoded {
         Some(format!("{}{}: it is {kind}, which glTF does not have", self.what, self.used))
     }
 
+    /// The textures of an image that can be read at halves of its size, if it is sound.
+    fn streamed(&self, bytes: &[u8]) -> Option<Vec<(u32, Texture)>> {
+        let Self { what, header, finest, forms, .. } = self;
+        if header.halvings() == 0 {
+            return None;
+        }
+        let bytes = Arc::new(bytes.to_vec());
+        let image = EncodedImage { name: what.clone(), bytes, header: *header, finest: *finest };
+        let texture = |(form, id): &(Form, u32)| {
+            Some((*id, image.streamed((form.color_space, form.alpha, form.sampler))?))
+        };
+        forms.iter().map(texture).collect()
+    }
+
     /// The textures of this image, or why there are none.
     pub(super) fn decode(&self, buffers: &Buffers<'_>) -> Result<Decoded, String> {
         let bytes = match &self.bytes {
@@ -342,6 +356,9 @@ impl Encoded {
                 buffers.view(*view).and_then(|view| view.bytes()).map_err(|error| error.to_string())?
             }
         };
+        if let Some(textures) = self.streamed(&bytes) {
+            return Ok(Decoded { textures, flaws: self.unusual().into_iter().collect() });
+        }
         let Picture { image, flaw } = match image::decode(&bytes, &self.header) {
             Ok(picture) => picture,
             Err(error) => return Err(error.loss().unwrap_or_else(|limit| limit.to_string())),

@@ -279,7 +279,7 @@ impl<'a> Library<'a> {
         let loading = self.loading;
         let decoded = self.context.jobs.map_each(&found, |Fetched { image, is_part, .. }| {
             let by_need = loading == TextureLoading::ByNeed || image.finest > 0;
-            (*is_part || !by_need).then(|| image.decode())
+            (*is_part || !by_need && !image.can_be_streamed()).then(|| image.decode())
         });
         for (Fetched { file, image, .. }, decoded) in found.into_iter().zip(decoded) {
             let held = match decoded {
@@ -360,7 +360,11 @@ impl<'a> Library<'a> {
                     }
                     Held::Encoded(image) => {
                         let form = (color_space, alpha, map.sampler);
-                        let Some(texture) = image.lazy_texture(form) else { return Ok(None) };
+                        let now = self.loading == TextureLoading::Whole && image.finest == 0;
+                        let texture = if now { image.streamed(form) } else { None };
+                        let Some(texture) = texture.or_else(|| image.lazy_texture(form)) else {
+                            return Ok(None);
+                        };
                         texture
                     }
                 };

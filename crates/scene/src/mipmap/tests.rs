@@ -289,7 +289,7 @@ fn rows_that_are_kept_have_the_texels_of_all() {
                 let layout = BandLayout::new(levels);
                 for kept in [0, u64::MAX, u64::from(byte()) << 3 | u64::from(byte())] {
                     let bands = RowBands::new(&layout, vec![kept; layout.words()]);
-                    let mut chain = Chain::new(levels, bands, color_space, alpha);
+                    let mut chain = Chain::new(levels, bands, color_space, alpha, 0);
                     for row in whole.image().texels().chunks(width as usize) {
                         if !chain.is_done() {
                             chain.take(row);
@@ -354,7 +354,7 @@ fn levels_from_a_coarser_one_on_are_those_of_the_image() {
                     if is_mask && wanted != layout.all().collect::<Vec<_>>() {
                         continue;
                     }
-                    let mut chain = Chain::new(&levels, RowBands::new(&layout, wanted), space, alpha);
+                    let mut chain = Chain::new(&levels, RowBands::new(&layout, wanted), space, alpha, 0);
                     for row in whole.image().texels().chunks(width as usize) {
                         if !chain.is_done() {
                             chain.take(row);
@@ -381,6 +381,65 @@ fn levels_from_a_coarser_one_on_are_those_of_the_image() {
                         }
                     }
                     assert_eq!(count, texels.len());
+                }
+            }
+        }
+    }
+}
+
+/// Levels are rows of the halved image, or made of those at the smallest size, whatever else is asked for.
+#[test]
+fn levels_of_halves_are_their_rows() {
+    let size = [64_u32, 40];
+    for (finest, mip) in
+        [(0, MipFilter::Linear), (2, MipFilter::Linear), (0, MipFilter::None), (2, MipFilter::None)]
+    {
+        let sampler = Sampler { mip, ..Sampler::default() };
+        let layout =
+            BandLayout::new(&crate::texture::full_layout(crate::texture::level_size(size, finest), &sampler));
+        let levels = crate::texture::layout_down(size, &sampler, finest);
+        let all: Vec<u64> = layout.all().collect();
+        let bits: u32 = all.iter().map(|word| word.count_ones()).sum();
+        for wanted in std::iter::once(all).chain((0..bits).map(|bit| vec![1 << bit])) {
+            let bands = RowBands::new(&layout, wanted);
+            let level = bands.finest().unwrap() as u32 + finest;
+            let mut chain = Chain::new(&levels, bands, ColorSpace::Srgb, AlphaUse::Coverage, 3);
+            let range = chain.halvings();
+            assert_eq!(*range.start(), level.min(3));
+            // Of each size other texels, and rows of several in the order of a decoder.
+            for row in 1..=size[1] {
+                for halvings in range.clone().rev() {
+                    if row.is_multiple_of(1 << halvings) && !chain.is_done() {
+                        let code = 50 * halvings as u8 + (row >> halvings) as u8;
+                        chain.take_halved(
+                            halvings,
+                            &vec![[code, 7, code, 255]; (size[0] >> halvings) as usize],
+                        );
+                    }
+                }
+            }
+            assert!(chain.is_done());
+            let Made { bands, mut texels, image } = chain.finish();
+            if let Some(mut image) = image {
+                image.append(&mut texels);
+                texels = image;
+            }
+            for (number, level) in bands.levels().iter().enumerate() {
+                for row in 0..level.height {
+                    let Some(start) = bands.place(number, row) else { continue };
+                    let level_number = number as u32 + finest;
+                    let halvings = level_number.min(3);
+                    // The last of the rows that it covers, at that size; those before are darker by less than its number.
+                    let last = (row + 1) << (level_number - halvings);
+                    let found = u32::from(texels[start][0]);
+                    let most = 50 * halvings + last;
+                    assert!(
+                        (most.saturating_sub(last)..=most).contains(&found),
+                        "{level_number} {row}: {found} {most}"
+                    );
+                    assert!(
+                        texels[start..][..level.width as usize].iter().all(|texel| *texel == texels[start])
+                    );
                 }
             }
         }

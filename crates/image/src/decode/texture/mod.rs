@@ -6,6 +6,7 @@ pub(super) mod kind;
 mod ktx2;
 mod rows;
 
+use super::jpeg::Jpeg;
 use ::image::{ImageDecoder, ImageFormat, ImageReader};
 use kind::Kind;
 use overcoat_core::formats::{self, FileFormat};
@@ -13,6 +14,7 @@ use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_scene::Image;
 use std::borrow::Cow;
 use std::io::Cursor;
+use std::ops::RangeInclusive;
 
 /// Formats of textures. Which a file has, its content tells.
 pub const FORMATS: &[FileFormat] = &[
@@ -47,6 +49,8 @@ pub struct Header {
     kind: Kind,
     /// Bytes before the picture.
     start: usize,
+    /// A JPEG file that is read by rows; number of times that it can be read at half its size.
+    jpeg: Option<u32>,
     /// Its kind of texels has no alpha.
     opaque: bool,
 }
@@ -64,7 +68,17 @@ impl Header {
 
     /// True if its format is decoded row by row, unless it is interlaced.
     pub fn is_read_by_rows(&self) -> bool {
-        matches!(self.kind, Kind::Image(ImageFormat::Png))
+        matches!(self.kind, Kind::Image(ImageFormat::Png)) || self.jpeg.is_some()
+    }
+
+    /// Number of times that it can be read at half its size ([`halved_rows`]).
+    pub fn halvings(&self) -> u32 {
+        self.jpeg.unwrap_or(0)
+    }
+
+    /// Bytes that decoding takes for a while besides its texels.
+    pub fn transient_bytes(&self) -> u64 {
+        if self.jpeg.is_some() { 0 } else { self.texels().saturating_mul(self.transient) }
     }
 
     /// The kind of picture, if it is one that glTF does not have: "a GIF".
@@ -145,7 +159,10 @@ pub fn probe(what: &str, bytes: &[u8], limits: &Limits, foreign: Foreign) -> Res
     };
     let (kind, start) = kind::find(bytes, foreign).map_err(ImageError::Damaged)?;
     let bytes = bytes.get(start..).unwrap_or_default();
-    let header = |width, height, transient, opaque| Header { width, height, transient, kind, start, opaque };
+    let header = |width, height, transient, opaque| {
+        let jpeg = None;
+        Header { width, height, transient, kind, start, jpeg, opaque }
+    };
     let format = match kind {
         Kind::Ktx2 => {
             let ktx2::Ktx2 { width, height, .. } = ktx2::open(bytes).map_err(ImageError::Damaged)?;
@@ -176,7 +193,10 @@ pub fn probe(what: &str, bytes: &[u8], limits: &Limits, foreign: Foreign) -> Res
     }
     check(width, height)?;
     let color_type = decoder.color_type();
-    Ok(header(width, height, color_type.bytes_per_pixel().into(), !color_type.has_alpha()))
+    let header = header(width, height, color_type.bytes_per_pixel().into(), !color_type.has_alpha());
+    let jpeg = if format == ImageFormat::Jpeg && start == 0 { Jpeg::open(bytes) } else { None };
+    let jpeg = jpeg.filter(|jpeg| jpeg.size() == [width, height]).map(|jpeg| jpeg.halvings());
+    Ok(Header { jpeg, ..header })
 }
 
 /// Width and height by the first chunk of a PNG file.
@@ -195,10 +215,27 @@ pub fn rows(
     take: &mut dyn FnMut(&[[u8; 4]]) -> bool,
 ) -> bool {
     let (Kind::Image(format), 0) = (header.kind, header.start) else { return false };
+    if header.jpeg.is_some() {
+        return halved_rows(bytes, header, 0..=0, false, &mut |_, row| take(row));
+    }
     if format == ImageFormat::Jpeg && damaged::is_cut_jpeg(bytes) {
         return false;
     }
     rows::read(format, bytes, header, raw, take).is_ok()
+}
+
+/// Gives rows as [`rows`] does, of the picture at its size halved as often as `halvings` says, which is
+/// [`Header::halvings`] at most. Texels are the means of 2, 4 or 8 texels along each side, of `light` of sRGB codes or of codes. Where rows of several sizes end at the same place, that of the smallest comes first.
+pub fn halved_rows(
+    bytes: &[u8],
+    header: &Header,
+    halvings: RangeInclusive<u32>,
+    light: bool,
+    take: &mut dyn FnMut(u32, &[[u8; 4]]) -> bool,
+) -> bool {
+    let jpeg = header.jpeg.filter(|most| halvings.end() <= most).and_then(|_| Jpeg::open(bytes));
+    let is_same = |jpeg: &Jpeg<'_>| jpeg.size() == [header.width, header.height];
+    jpeg.filter(is_same).and_then(|jpeg| jpeg.rows(halvings, light, take)).is_some()
 }
 
 /// Decodes a picture whose header has been accepted. 16-bit channels are rounded to 8 bits, grey becomes RGB, what
@@ -388,9 +425,14 @@ mod tests {
         // Some programs append what is no picture.
         assert!(flaw(&[&jpeg[..], &[0; 99]].concat()).1.is_empty());
         let (image, message) = flaw(&[&[0; 5], &jpeg[..]].concat());
-        assert_eq!((image.texels(), message.starts_with("5 bytes before")), (expected.texels(), true));
+        // Such files are read by another decoder, which rounds in its own way.
+        let is_near = |image: &Image, count: usize| {
+            let channels = |image: &Image| image.texels()[..count].as_flattened().to_vec();
+            channels(image).iter().zip(channels(&expected)).all(|(a, b)| a.abs_diff(b) <= 3)
+        };
+        assert!(is_near(&image, 64 * 64) && message.starts_with("5 bytes before"), "{message}");
         let (image, message) = flaw(&jpeg[..jpeg.len() * 3 / 4]);
-        assert_eq!(image.texels()[..64 * 8], expected.texels()[..64 * 8]);
+        assert!(is_near(&image, 64 * 8));
         assert!(message.starts_with("it ends early"), "{message}");
     }
 

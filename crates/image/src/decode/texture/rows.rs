@@ -102,6 +102,9 @@ fn read_png(
 /// # Errors
 /// [`ImageError::Damaged`].
 pub fn image(format: ImageFormat, bytes: &[u8], header: &Header) -> Result<Image, ImageError> {
+    if let Some(image) = jpeg_image(bytes, header) {
+        return Ok(image);
+    }
     let decoder = checked(format, bytes, header)?;
     let count = usize::try_from(header.texels()).map_err(damaged)?;
     let color_type = decoder.color_type();
@@ -114,6 +117,17 @@ pub fn image(format: ImageFormat, bytes: &[u8], header: &Header) -> Result<Image
         expand(color_type, &raw, &mut texels)?;
     }
     Image::new(header.width, header.height, texels).map_err(damaged)
+}
+
+/// The image of a JPEG file that is read by rows. `None` for others, and if it is damaged.
+fn jpeg_image(bytes: &[u8], header: &Header) -> Option<Image> {
+    header.jpeg?;
+    let mut texels = Vec::with_capacity(usize::try_from(header.texels()).ok()?);
+    let sound = super::rows(bytes, header, &mut Vec::new(), &mut |row| {
+        texels.extend_from_slice(row);
+        true
+    });
+    Image::new(header.width, header.height, texels).ok().filter(|_| sound)
 }
 
 /// Bytes that decoding a picture may take.

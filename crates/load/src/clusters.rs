@@ -1,0 +1,238 @@
+//! Vertex clustering: meshes of more triangles than may be kept, reduced while they are read.
+//!
+//! Vertices in one cell of a grid become one, at their mean, and triangles within fewer than three cells go (J. Rossignac and
+//! P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes*, 1993). The grid begins fine; each time that there are more
+//! clusters than may be, its cells double. Means are sums of whole numbers, so that the result is that of the cells that it ends with.
+
+use super::vertices::PositionTable;
+use overcoat_scene::{Bounds, MeshData};
+
+/// Steps along the longest side in which positions are added up, as a power of two.
+const STEPS: u32 = 20;
+
+/// Triangles that may be kept for each cluster: a closed surface has two.
+const TRIANGLES: usize = 4;
+
+/// A mesh that is being clustered.
+pub(super) struct Clusters {
+    low: [f64; 3],
+    /// Steps in a unit of length.
+    scale: f64,
+    /// Cells along the longest side, as a power of two.
+    cells: u32,
+    most: usize,
+    seed: u64,
+    /// Clusters by their cells.
+    table: PositionTable,
+    members: Vec<Members>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// Vertices of a cluster: the sum of their positions, in steps, and their number.
+#[derive(Clone, Copy, Default)]
+struct Members {
+    sum: [u64; 3],
+    count: u64,
+}
+
+impl Clusters {
+    /// Clusters of vertices within `bounds`, at most about a quarter of `triangles`. `seed` is that of [`PositionTable`].
+    pub(super) fn new(bounds: &Bounds, triangles: u64, seed: u64) -> Self {
+        let extent =
+            bounds.size().into_iter().fold(0.0_f64, |most, side| if side > most { side } else { most });
+        let scale = if extent > 0.0 { f64::from((1_u32 << STEPS).wrapping_sub(1)) / extent } else { 0.0 };
+        let most =
+            usize::try_from(triangles).unwrap_or(usize::MAX).checked_div(TRIANGLES).unwrap_or(0).max(1);
+        // A surface of that many cells, as a square.
+        let cells = (most.ilog2() / 2).min(STEPS);
+        let (table, members, triangles) = (PositionTable::new(seed), Vec::new(), Vec::new());
+        Self { low: bounds.min, scale, cells, most, seed, table, members, triangles }
+    }
+
+    /// Adds a triangle.
+    pub(super) fn add(&mut self, corners: [[f32; 3]; 3]) {
+        let [a, b, c] = corners.map(|corner| self.vertex(corner));
+        if a != b && b != c && c != a {
+            self.triangles.push([a, b, c]);
+        }
+        let full = self.most.saturating_mul(TRIANGLES);
+        if self.triangles.len() > full {
+            self.drop_equal();
+        }
+        let is_full = self.table.len() > self.most || self.triangles.len() > full;
+        if is_full && self.cells > 0 {
+            self.halve();
+        }
+    }
+
+    /// Leaves one of equal triangles.
+    fn drop_equal(&mut self) {
+        for triangle in &mut self.triangles {
+            let [a, b, c] = *triangle;
+            // The least corner first, on the same side.
+            *triangle = if a < b && a < c {
+                [a, b, c]
+            } else if b < c {
+                [b, c, a]
+            } else {
+                [c, a, b]
+            };
+        }
+        self.triangles.sort_unstable();
+        self.triangles.dedup();
+        // Soon there would be too many again.
+        if self.triangles.len() > self.most.saturating_mul(TRIANGLES / 2) && self.cells > 0 {
+            self.halve();
+        }
+    }
+
+    /// The cluster of a position.
+    fn vertex(&mut self, position: [f32; 3]) -> u32 {
+        let [[x, low_x], [y, low_y], [z, low_z]] = {
+            let [x, y, z] = position.map(f64::from);
+            let [low_x, low_y, low_z] = self.low;
+            [[x, low_x], [y, low_y], [z, low_z]]
+        };
+        // The conversion saturates.
+        let step = |v: f64, low: f64| ((v - low) * self.scale) as u32;
+        let steps = [step(x, low_x), step(y, low_y), step(z, low_z)];
+        let shift = STEPS.saturating_sub(self.cells);
+        // Whole numbers of up to 20 bits are exact.
+        let number = self.table.insert(steps.map(|step| step.wrapping_shr(shift) as f32));
+        if number as usize >= self.members.len() {
+            self.members.push(Members::default());
+        }
+        if let Some(Members { sum, count }) = self.members.get_mut(number as usize) {
+            sum.iter_mut().zip(steps).for_each(|(sum, step)| *sum = sum.saturating_add(step.into()));
+            *count = count.saturating_add(1);
+        }
+        number
+    }
+
+    /// Doubles the cells.
+    fn halve(&mut self) {
+        self.cells = self.cells.saturating_sub(1);
+        let old = std::mem::replace(&mut self.table, PositionTable::new(self.seed));
+        let mut members: Vec<Members> = Vec::new();
+        let mut numbers = Vec::with_capacity(old.len());
+        for (cell, old) in old.into_positions().into_iter().zip(&self.members) {
+            let number = self.table.insert(cell.map(|v| (v * 0.5).floor()));
+            if number as usize >= members.len() {
+                members.push(Members::default());
+            }
+            if let Some(Members { sum, count }) = members.get_mut(number as usize) {
+                sum.iter_mut().zip(old.sum).for_each(|(sum, more)| *sum = sum.saturating_add(more));
+                *count = count.saturating_add(old.count);
+            }
+            numbers.push(number);
+        }
+        self.members = members;
+        self.triangles.retain_mut(|triangle| {
+            let [a, b, c] = triangle.map(|old| numbers.get(old as usize).copied().unwrap_or(0));
+            *triangle = [a, b, c];
+            a != b && b != c && c != a
+        });
+    }
+
+    /// Cells along the longest side.
+    pub(super) fn cells(&self) -> u32 {
+        1 << self.cells
+    }
+
+    /// The mesh of the clusters that triangles have, about an origin.
+    pub(super) fn finish(self, origin: [f64; 3]) -> MeshData {
+        let Self { low, scale, members, mut triangles, .. } = self;
+        let unused = u32::MAX;
+        let mut numbers = vec![unused; members.len()];
+        let mut positions = Vec::new();
+        for corner in triangles.as_flattened_mut() {
+            let old = *corner as usize;
+            let (Some(number), Some(members)) = (numbers.get_mut(old), members.get(old)) else { continue };
+            if *number == unused {
+                *number = positions.len() as u32;
+                let mut position = members.sum.map(|sum| (sum as f64 / members.count as f64 + 0.5) / scale);
+                for (v, (low, origin)) in position.iter_mut().zip(low.iter().zip(origin)) {
+                    *v += low - origin;
+                }
+                positions.push(position.map(|v| v as f32));
+            }
+            *corner = *number;
+        }
+        MeshData { positions, triangles, ..MeshData::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles of a grid of n x n squares over the unit square, bulged by a parabola, in some order.
+    fn relief(n: usize, order: impl Fn(usize) -> usize) -> Vec<[[f32; 3]; 3]> {
+        let point = |i: usize, j: usize| {
+            let [x, y] = [i, j].map(|k| k as f32 / n as f32);
+            [x, y, 0.25 * (x * (1.0 - x) + y * (1.0 - y))]
+        };
+        let square = |k: usize| {
+            let (i, j) = (k % n, k / n);
+            let [a, b, c, d] = [point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        (0..n * n).flat_map(|k| square(order(k))).collect()
+    }
+
+    fn clustered(triangles: &[[[f32; 3]; 3]], most: u64, seed: u64) -> (MeshData, u32) {
+        let mut bounds = Bounds::EMPTY;
+        triangles.as_flattened().iter().for_each(|&corner| bounds.include(corner));
+        let mut clusters = Clusters::new(&bounds, most, seed);
+        triangles.iter().for_each(|&triangle| clusters.add(triangle));
+        let cells = clusters.cells();
+        (clusters.finish([0.0; 3]), cells)
+    }
+
+    #[test]
+    fn a_surface_stays_whole_and_where_it_was() {
+        let triangles = relief(256, |k| k);
+        let (mesh, cells) = clustered(&triangles, 8000, 1);
+        assert_eq!(cells, 32);
+        assert!(mesh.triangles.len() <= 8000 && mesh.triangles.len() > 1500, "{}", mesh.triangles.len());
+        let size = 1.0 / f64::from(cells);
+        let mut area = 0.0;
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|v| mesh.positions[v as usize].map(f64::from));
+            area += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+        }
+        // Seen from above, up to half a cell at the edges: no holes and no folds.
+        assert!((area - 1.0).abs() < 3.0 * size, "{area}");
+        for [x, y, z] in mesh.positions.iter().map(|p| p.map(f64::from)) {
+            let height = 0.25 * (x * (1.0 - x) + y * (1.0 - y));
+            assert!((z - height).abs() < size * size, "{x} {y} {z} {height}");
+        }
+    }
+
+    #[test]
+    fn the_order_of_triangles_and_the_seed_change_the_order_alone() {
+        let sorted = |(mesh, cells): (MeshData, u32)| {
+            let mut positions: Vec<_> = mesh.positions.iter().map(|p| p.map(f32::to_bits)).collect();
+            positions.sort_unstable();
+            (positions, mesh.triangles.len(), cells)
+        };
+        let expected = sorted(clustered(&relief(64, |k| k), 1000, 1));
+        assert_eq!(sorted(clustered(&relief(64, |k| k * 37 % 4096), 1000, 1)), expected);
+        let (a, b) = (clustered(&relief(64, |k| k), 1000, 1).0, clustered(&relief(64, |k| k), 1000, 77).0);
+        assert_eq!((a.positions, a.triangles), (b.positions, b.triangles));
+    }
+
+    #[test]
+    fn few_triangles_and_points_end_in_little() {
+        // Two cells along a side have four clusters of a relief.
+        let (mesh, cells) = clustered(&relief(16, |k| k), 16, 1);
+        assert_eq!((mesh.positions.len(), mesh.triangles.len() <= 16, cells), (4, true, 2));
+        let (mesh, _) = clustered(&relief(16, |k| k), 0, 1);
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (0, 0));
+        let (mesh, _) = clustered(&[[[3.0; 3]; 3]; 9], 1000, 1);
+        assert_eq!(mesh.triangles.len(), 0);
+        // One triangle, however often.
+        let (mesh, cells) = clustered(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 999], 256, 1);
+        assert_eq!((mesh.positions.len(), cells), (3, 8));
+    }
+}
