@@ -158,7 +158,10 @@ impl Clusters {
             }
             *corner = *number;
         }
-        MeshData { positions, triangles, ..MeshData::default() }
+        MeshData::default().with(|d| {
+            d.positions = positions;
+            d.triangles = triangles;
+        })
     }
 }
 
