@@ -4,6 +4,7 @@
 //! or from both; each command is a module that lays its options over it, carries it out and reports. Errors are one line on standard error and an exit code.
 
 mod animate;
+mod annotation_report;
 pub mod args;
 pub mod attempt;
 mod ball;

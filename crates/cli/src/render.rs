@@ -1,5 +1,6 @@
 //! `overcoat render`: one model, one picture.
 
+use super::annotation_report::annotations;
 use super::args::{DrawArgs, RenderArgs};
 use super::embedded::{self, Embedded};
 use super::failure::{Failure, file_name};
@@ -149,6 +150,7 @@ pub(super) fn carry_out(
         return Ok(());
     }
     let frame_hash = stages.time("hash", || frame.frame_hash());
+    let ids = annotations(&mut renderer, &scene, &camera, &task.options, &frame, &mut stages)?;
     let told = Told {
         task: &task,
         scene: &scene,
@@ -159,6 +161,7 @@ pub(super) fn carry_out(
         encoded: encoded.digest(),
         exposure,
         threads: renderer.jobs().threads(),
+        ids,
     };
     report::print_json(&RenderReport::new(&told, stages, start.elapsed(), warnings))
 }

@@ -1,5 +1,6 @@
 //! Report on one picture, as `--json` prints it.
 
+use super::annotation_report::AnnotationReport;
 use super::camera_report::CameraReport;
 use super::picture_format::PictureFormat;
 use super::render_task::RenderTask;
@@ -9,6 +10,7 @@ use overcoat_load::Warning;
 use overcoat_render::RenderStats;
 use overcoat_scene::{Camera, Scene};
 use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// All of it. Fields are only ever added.
@@ -34,6 +36,9 @@ pub(super) struct RenderReport {
     /// True if that axis was told by the model's shape, against the custom of its format.
     up_is_by_shape: bool,
     camera: CameraReport,
+    /// By planes of identities.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    ids: BTreeMap<&'static str, Vec<AnnotationReport>>,
     triangles: u64,
     triangles_rasterized: u64,
     splats: u64,
@@ -73,6 +78,8 @@ pub(super) struct Told<'a> {
     /// Stops.
     pub(super) exposure: f32,
     pub(super) threads: usize,
+    /// By planes of identities.
+    pub(super) ids: BTreeMap<&'static str, Vec<AnnotationReport>>,
 }
 
 impl RenderReport {
@@ -95,6 +102,7 @@ impl RenderReport {
             up_axis: of.scene.orientation().up.name(),
             up_is_by_shape: of.scene.orientation().up_is_by_shape,
             camera: CameraReport::new(of.camera, of.scene, options),
+            ids: of.ids.clone(),
             triangles: stats.triangles,
             triangles_rasterized: stats.triangles_rasterized,
             splats: stats.splats,

@@ -4,6 +4,7 @@ use super::description_of;
 use super::files::AskedFiles;
 use super::pipe::Pipe;
 use super::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Work};
+use crate::annotation_report::annotations;
 use crate::failure::Failure;
 use crate::info;
 use crate::input::ModelSource;
@@ -210,6 +211,7 @@ impl Drawing<'_> {
         stages.add("encode", begun.elapsed());
         let report = match &pixels {
             Pixels::Frame(frame) if request.report => {
+                let ids = annotations(&mut self.renderer, scene, &camera, &task.options, frame, stages)?;
                 let told = render_report::Told {
                     task: &task,
                     scene,
@@ -220,6 +222,7 @@ impl Drawing<'_> {
                     encoded,
                     exposure,
                     threads: self.renderer.jobs().threads(),
+                    ids,
                 };
                 let report = RenderReport::new(&told, stages.clone(), start.elapsed(), warnings.clone());
                 Some(serde_json::to_value(report).map_err(Failure::failed)?)

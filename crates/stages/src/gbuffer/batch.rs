@@ -19,6 +19,8 @@ pub struct Draw<'a> {
     pub material: u32,
     /// Number of the object.
     pub object: u32,
+    /// Number of the instance among those of the scene.
+    pub instance: u32,
     /// Object to world space for positions, row by row.
     pub position_matrix: [[f32; 4]; 3],
     /// Object to world space for normals; keeps lengths where the transform scales uniformly.
