@@ -31,11 +31,11 @@ pub(crate) struct Image {
     shown: OnceLock<DisplayImage>,
     /// Pool that takes the frame's memory back.
     pool: Arc<Pool>,
-    /// Of what it is a picture, if it has planes of the G-buffer.
+    /// Scene, camera and options, if it has planes of the G-buffer.
     source: Option<Source>,
 }
 
-/// What a picture was drawn of.
+/// Scene, camera and options of a picture.
 #[derive(Debug)]
 pub(crate) struct Source {
     pub(crate) scene: Arc<Scene>,
@@ -199,13 +199,13 @@ impl Image {
         Ok(found)
     }
 
-    /// What the picture shows of each instance, object or material, whether it is visible or not: a list of dicts by the numbers of a
-    /// plane of identities that was asked for.
+    /// Boxes and pixels of each instance, object or material, whether it is visible or not: a list of dicts by the numbers of a plane
+    /// of identities that was asked for.
     ///
     /// `id` and `name`; and, by the names of BOP, `bbox_obj` and `bbox_visib` (left, top, width, height in pixels: of the whole
     /// geometry, also hidden and beyond the picture, and of the pixels that show it; `None` without any), `px_count_all` (pixels of
-    /// the picture that would show it alone), `px_count_visib` and `visib_fract`. What overlaps something else is drawn alone for it,
-    /// without light.
+    /// the picture that would show it alone), `px_count_visib` and `visib_fract`. Everything that overlaps something else is drawn alone for
+    /// it, without light.
     #[pyo3(signature = (plane="object-id"))]
     fn annotations<'py>(&self, py: Python<'py>, plane: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let aov = crate::options::aov(plane)?;

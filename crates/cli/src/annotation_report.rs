@@ -1,4 +1,4 @@
-//! What a picture shows of each instance, object or material, as `--json` tells it.
+//! Annotations of each instance, object or material of a picture, as `--json` tells them.
 
 use super::failure::Failure;
 use super::report::Stages;
@@ -16,7 +16,7 @@ pub(super) struct AnnotationReport {
     name: String,
     /// Left, top, width and height in pixels, whatever hides it, also beyond the picture.
     bbox_obj: Option<[f64; 4]>,
-    /// The same around the pixels that show it.
+    /// Box around the pixels that show it, likewise.
     bbox_visib: Option<[u32; 4]>,
     /// Pixels of the picture that would show it alone.
     px_count_all: u64,

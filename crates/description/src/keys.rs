@@ -414,7 +414,8 @@ pub(super) static SCENE: &[Key<Description>] = &[
         "center: the surface at the pixel's centre, evaluated there, whatever --samples. nearest: of all surfaces that the samples of \
          the pixel see, the one nearest to the camera. Neither is a mean, so that every depth is that of a surface."
             .to_owned()
-    })),
+    }))
+    .in_requests(),
     Key::new("name", "A name, for readers"),
     Key::new("note", "A note, for readers"),
     Key::new("peers", "Pictures of other programs, for readers"),

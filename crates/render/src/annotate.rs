@@ -10,7 +10,7 @@ use overcoat_scene::{Camera, Scene};
 use overcoat_stages::geometry::View;
 use std::collections::BTreeMap;
 
-/// What a picture shows of one instance, object or material.
+/// Visible and hidden parts of one instance, object or material in a picture.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Annotation {
@@ -46,11 +46,11 @@ struct Group {
 }
 
 impl Renderer {
-    /// What a picture shows of everything that its plane of identities has numbers for, whether it is visible or not, by these
+    /// Annotates everything in a picture that its plane of identities has numbers for, whether it is visible or not, by these
     /// numbers.
     ///
     /// Pixels of what may be hidden are counted by drawing it alone: a pass of one sample a pixel without light or shading, for
-    /// each whose box on the screen meets that of another. Of the rest all pixels are visible.
+    /// each whose box on the screen meets that of another. All pixels of the rest are visible.
     ///
     /// # Errors
     /// As [`Renderer::render`]; [`RenderError::Option`] if the plane is none of identities or has another size.

@@ -2,7 +2,8 @@
 //!
 //! Patterns of several samples have none at the centre, and what lies between a surface and the next is on neither. A pass of one
 //! sample a pixel, which is its centre, is drawn for these planes: geometry without the lines along its edges, no light, no shading.
-//! With one sample and without such lines the picture's own pass has them.
+//! With one sample and without such lines the picture's own pass has them. Planes of the nearest samples are drawn likewise, with all
+//! samples: shading splits fragments, and what planes show does not depend on it.
 
 use super::picture::{Drawn, Memory, Request};
 use overcoat_core::frame::{Aov, AovPlane, PlaneSample};
@@ -15,10 +16,8 @@ use overcoat_tiles::quality::Visibility;
 /// Options of the pass for the planes of geometry and identities, and those of the picture without these planes. `None` if they are
 /// one.
 pub(super) fn parts(scene: &Scene, options: &RenderOptions) -> Option<[RenderOptions; 2]> {
-    let is_centered = options.samples == 1 || options.aov_sample == PlaneSample::Nearest;
-    if !options.aovs.iter().any(|aov| aov.is_of_one_surface())
-        || (is_centered && !shows_edges(scene, options))
-    {
+    let is_asked = options.aovs.iter().any(|aov| aov.is_of_one_surface());
+    if !is_asked || (options.samples == 1 && !shows_edges(scene, options)) {
         return None;
     }
     let (centered, others) = options.aovs.iter().partition(|aov| aov.is_of_one_surface());
@@ -58,8 +57,11 @@ impl Memory {
         centered: &RenderOptions,
         others: &RenderOptions,
     ) -> Result<Drawn, RenderError> {
+        let fed_back = self.textures.fed_back;
         let planes = self
             .draw_into(&Request { options: centered, display: None, only_planes: true, ..*request }, None)?;
+        // The picture reads more of the textures.
+        self.textures.fed_back = fed_back;
         let mut drawn = self.draw_into(&Request { options: others, ..*request }, None)?;
         drawn.stats.add_cost(&planes.stats);
         let mut found = planes.frame.aovs;

@@ -73,7 +73,7 @@ pub fn optical_flow(
 
 /// Movement of an instance from one scene to another.
 enum Move {
-    /// It stays.
+    /// The instance stays.
     None,
     /// To object space by the inverse of the first transform, then to where the second takes it.
     By { inverse: [[f64; 3]; 3], shift: [f64; 3], to: Transform },

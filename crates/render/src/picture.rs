@@ -45,7 +45,7 @@ pub(super) struct Request<'a> {
     pub display: Option<&'a DisplayOptions>,
     /// Handle by which the caller may stop it.
     pub cancellation: Option<&'a Cancellation>,
-    /// Of the picture nothing is wanted but planes of the G-buffer.
+    /// Nothing of the picture is wanted but planes of the G-buffer.
     pub only_planes: bool,
 }
 

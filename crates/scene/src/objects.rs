@@ -21,7 +21,7 @@ impl Scene {
         self.object_names.iter().map(|(object, name)| (*object, name.as_str()))
     }
 
-    /// The same scene with some of its draws and clouds of splats, chosen by their places in [`Scene::instances`] and
+    /// Scene of some of the draws and clouds of splats, chosen by their places in [`Scene::instances`] and
     /// [`Scene::splat_instances`]. Meshes, materials and textures are shared.
     #[must_use]
     pub fn with_only(&self, draws: impl Fn(usize) -> bool, splats: impl Fn(usize) -> bool) -> Self {

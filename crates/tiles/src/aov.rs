@@ -127,7 +127,7 @@ impl TileAovs {
             let pixel = fragment.row() as usize * self.width + fragment.column() as usize;
             let weight = fragment.mask.count_ones() as f32 / samples as f32;
             self.coverage[pixel] += weight;
-            // Of equal depths the first in the list stays.
+            // The first in the list stays among equal depths.
             let leads = depth[k] > self.leader[pixel];
             if leads {
                 self.leader[pixel] = depth[k];

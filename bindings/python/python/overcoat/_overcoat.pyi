@@ -68,13 +68,13 @@ class Image:
     def ids(self) -> dict[str, dict[int, str]]:
         """Names of what planes of identities show, `{plane: {number: name}}`: empty where the file has none. 0 is nothing."""
     def annotations(self, plane: str = "object-id") -> list[dict[str, Any]]:
-        """What the picture shows of each instance, object or material, whether it is visible or not: a list of dicts by the numbers of a
-        plane of identities that was asked for.
+        """Boxes and pixels of each instance, object or material, whether it is visible or not: a list of dicts by the numbers of a plane
+        of identities that was asked for.
 
         `id` and `name`; and, by the names of BOP, `bbox_obj` and `bbox_visib` (left, top, width, height in pixels: of the whole
         geometry, also hidden and beyond the picture, and of the pixels that show it; `None` without any), `px_count_all` (pixels of
-        the picture that would show it alone), `px_count_visib` and `visib_fract`. What overlaps something else is drawn alone for it,
-        without light.
+        the picture that would show it alone), `px_count_visib` and `visib_fract`. Everything that overlaps something else is drawn alone for
+        it, without light.
         """
     def flow_to(self, other: Image) -> npt.NDArray[np.float32]:
         """Optical flow to another picture of the same size, (H, W, 2): pixels to the right and down from each pixel's centre to where
@@ -175,6 +175,7 @@ class SceneBuilder:
         tangents_of: Optional[int] = None,
     ) -> int: ...
     def add_instance(self, mesh: int, material: int, matrix: npt.NDArray[np.float64], object: int) -> None: ...
+    def name_object(self, object: int, name: str) -> None: ...
     def add_light(self, json: str) -> None: ...
     def warn(self, message: str) -> None: ...
     def finish(self, up: Optional[str] = None) -> Model: ...

@@ -52,8 +52,7 @@ pub struct Frame {
 ///
 /// Geometry and identities ([`Aov::is_of_one_surface`]) are those of one surface a pixel, as [`PlaneSample`] chooses it, and
 /// never a mean: between an object and what is behind it nothing is. Other quantities are averaged over the samples of each pixel
-/// that hit a surface. Of splats there are depth and object, of the one behind which less than half of the light passes, and
-/// coverage.
+/// that hit a surface. Splats have coverage, and depth and object of the one behind which less than half of the light passes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AovPlane {
     /// Which quantity.
@@ -124,7 +123,7 @@ pub enum Aov {
     Position,
     /// World-space shading normal, unit length.
     Normal,
-    /// The same in the camera's space: +x right, +y up, +z towards the viewer, as OpenGL has it.
+    /// Shading normal in the camera's space: +x right, +y up, +z towards the viewer, as OpenGL has it.
     CameraNormal,
     /// World-space normal of the clear coat, unit length.
     CoatNormal,
