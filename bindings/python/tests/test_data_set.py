@@ -83,8 +83,11 @@ def test_the_example_writes_a_set_that_agrees_with_itself(boxes, tmp_path):
             assert left <= box[0] + 0.5 and top <= box[1] + 0.5
             assert left + width >= box[0] + box[2] - 0.5 and top + height >= box[1] + box[3] - 0.5
             assert 0 < of["visible_fraction"] <= 1
-            # On the surface, within single precision at the distance of the camera.
-            assert off_box(points[mask], names[of["category_id"]]).max() < 1e-6 * depth.max()
+            # On the surface, within single precision at the distance of the camera; beside its borders by 1/256 pixel, more
+            # where it is seen at an angle.
+            off = off_box(points[mask], names[of["category_id"]])
+            assert (off < 1e-6 * depth[mask]).mean() > 0.99
+            assert off.max() < depth.max() / K[0, 0] / 32
         assert ((seen == 1) == (depth > 0)).all() and seen.max() == 1
 
 

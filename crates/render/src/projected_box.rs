@@ -45,8 +45,7 @@ impl ProjectedBox {
             return;
         }
         let corner = |k: usize| {
-            let axis =
-                |axis: usize| f64::from(if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] });
+            let axis = |axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
             view.project(transform.point([axis(0), axis(1), axis(2)]))
         };
         let corners: [[f64; 3]; 8] = std::array::from_fn(corner);

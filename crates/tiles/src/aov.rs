@@ -1,8 +1,11 @@
 //! G-buffer planes for users to see.
 
+use super::center_place::CenterRay;
 use overcoat_core::frame::{Aov, AovPlane};
+use overcoat_scene::PrimitiveKind;
 use overcoat_stages::gbuffer::layout::{self, SurfacePlanes};
 use overcoat_stages::gbuffer::{Batch, Draw};
+use overcoat_stages::raster::TileOrigin;
 use overcoat_stages::shade::ViewRays;
 
 /// The rows of the G-buffer that a quantity shows; `None` where it is not of the surface. Depth maps know some better.
@@ -47,6 +50,8 @@ fn rows(aov: Aov, has_maps: bool) -> Option<std::ops::Range<usize>> {
 pub struct TileAovs {
     /// Depth maps tell what light reaches surfaces, but unlit ones.
     has_maps: bool,
+    /// Depth or position is among the planes.
+    wants_places: bool,
     width: usize,
     planes: Vec<AovPlane>,
     /// Coverage summed so far.
@@ -86,6 +91,13 @@ pub struct AovBatch<'a> {
     pub samples: usize,
     /// Rays of the view.
     pub rays: &'a ViewRays,
+    /// Corner of the tile.
+    pub origin: TileOrigin,
+}
+
+/// True of draws whose fragments lie on triangles of their mesh.
+fn is_flat(draw: &Draw<'_>) -> bool {
+    draw.edges.is_none() && draw.mesh.kind() == PrimitiveKind::Triangles
 }
 
 impl TileAovs {
@@ -94,6 +106,7 @@ impl TileAovs {
         let pixels = if wanted.is_empty() { 0 } else { width * height };
         Self {
             has_maps,
+            wants_places: wanted.iter().any(|aov| matches!(aov, Aov::Depth | Aov::Position)),
             width,
             planes: wanted.iter().map(|&aov| AovPlane::empty(aov, pixels)).collect(),
             coverage: vec![0.0; pixels],
@@ -115,8 +128,18 @@ impl TileAovs {
 
     /// Adds a batch of fragments. Blended ones are not part of the G-buffer.
     pub fn add(&mut self, added: &AovBatch<'_>) {
-        let &AovBatch { batch, planes: surface, material, unlit, draws, indices, opaque, samples, rays } =
-            added;
+        let &AovBatch {
+            batch,
+            planes: surface,
+            material,
+            unlit,
+            draws,
+            indices,
+            opaque,
+            samples,
+            rays,
+            origin,
+        } = added;
         // Effects fill nothing for unlit surfaces.
         let has_maps = self.has_maps && !unlit;
         let depth = &surface.rows[layout::DEPTH.first];
@@ -127,16 +150,22 @@ impl TileAovs {
             let pixel = fragment.row() as usize * self.width + fragment.column() as usize;
             let weight = fragment.mask.count_ones() as f32 / samples as f32;
             self.coverage[pixel] += weight;
+            let draw = &draws[batch.vertices.draw(k) as usize];
             // The first in the list stays among equal depths.
             let leads = depth[k] > self.leader[pixel];
+            let mut place = None;
             if leads {
                 self.leader[pixel] = depth[k];
+                // The only sample of a pixel is its centre.
+                if samples == 1 && self.wants_places && is_flat(draw) {
+                    let ray = CenterRay::new(rays, origin, [fragment.column(), fragment.row()]);
+                    place = ray.meet(rays, draw, batch.vertices.corners(k));
+                }
             }
             for plane in &mut self.planes {
                 let aov = plane.aov;
                 if aov.is_identity() {
                     if leads {
-                        let draw = &draws[batch.vertices.draw(k) as usize];
                         let number = match aov {
                             Aov::MaterialId => material,
                             Aov::ObjectId => draw.object,
@@ -149,12 +178,14 @@ impl TileAovs {
                 }
                 let out = &mut plane.data[pixel * aov.channels()..][..aov.channels()];
                 match rows(aov, has_maps) {
+                    Some(_) if aov.is_of_one_surface() && !leads => {}
                     Some(rows) if aov.is_of_one_surface() => {
-                        if leads {
-                            out.iter_mut().zip(&surface.rows[rows]).for_each(|(v, row)| *v = row[k]);
-                            if aov == Aov::CameraNormal {
-                                rays.to_camera(out);
-                            }
+                        out.iter_mut().zip(&surface.rows[rows]).for_each(|(v, row)| *v = row[k]);
+                        match (aov, place) {
+                            (Aov::CameraNormal, _) => rays.to_camera(out),
+                            (Aov::Depth, Some((distance, _))) => out.fill(distance),
+                            (Aov::Position, Some((_, position))) => out.copy_from_slice(&position),
+                            _ => {}
                         }
                     }
                     Some(rows) => {

@@ -349,8 +349,20 @@ fn describe(
     }
     if job.aovs.is_wanted() {
         let (material, unlit, draws) = (of.number, of.material.unlit, frame.shade.draws);
-        let (opaque, samples, rays) = (input.opaque, frame.pattern.len(), &frame.shade.rays);
-        job.aovs.add(&AovBatch { batch, planes, material, unlit, draws, indices, opaque, samples, rays });
+        let (opaque, samples) = (input.opaque, frame.pattern.len());
+        let (rays, origin) = (&frame.shade.rays, input.tile.origin);
+        job.aovs.add(&AovBatch {
+            batch,
+            planes,
+            material,
+            unlit,
+            draws,
+            indices,
+            opaque,
+            samples,
+            rays,
+            origin,
+        });
     }
 }
 

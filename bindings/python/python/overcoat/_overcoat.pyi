@@ -77,7 +77,7 @@ class Image:
         it, without light.
         """
     def flow_to(self, other: Image) -> npt.NDArray[np.float32]:
-        """Optical flow to another picture of the same size, (H, W, 2): pixels to the right and down from each pixel's centre to where
+        """Optical flow to another picture of the same size, (H, W, 2) float32: pixels to the right and down from each pixel's centre to where
         the point that it shows is in the other, whether it is seen there or not. The picture has to have the planes `position` and
         `instance-id`, the other any plane; it is of the same model, in the same pose or another one.
 

@@ -318,6 +318,14 @@ impl VertexLanes {
         self.draws[if self.one_draw { 0 } else { lane }]
     }
 
+    /// Vertices of the triangle of a lane, in the order of the mesh.
+    #[must_use]
+    pub fn corners(&self, lane: usize) -> [u32; 3] {
+        let begun = u32::from(self.starts) & ((2 << lane) - 1);
+        let start = begun.checked_ilog2().unwrap_or(0) as usize;
+        self.vertices[start % LANES]
+    }
+
     /// The only draw, or those of all lanes.
     #[inline(always)]
     #[must_use]
