@@ -598,7 +598,7 @@ fn masks_are_numbers_and_reports_say_of_what() {
         ];
         let output = overcoat(folder.path(), &[&args, more].concat());
         assert!(output.status.success(), "{}", stderr(&output));
-        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()
     };
     assert!(draw(&["--aov", "depth"]).get("ids").is_none());
     for sample in ["center", "nearest"] {
