@@ -139,6 +139,7 @@ fn gbuffer(c: &mut Criterion) {
         mesh: &mesh,
         material: 0,
         object: 0,
+        instance: 0,
         position_matrix: Transform::IDENTITY.rows().map(|row| row.map(|c| c as f32)),
         normal_matrix: Transform::IDENTITY.normal_matrix(),
         tangent_matrix: Transform::IDENTITY.normal_matrix(),

@@ -38,7 +38,7 @@ fn depth(frame: &Frame) -> Vec<u8> {
 
 /// The number of the object at each pixel, 0 where nothing is, as bytes.
 fn objects(frame: &Frame) -> Vec<u8> {
-    let plane = frame.plane(Aov::ObjectId).map_or(&[][..], |plane| &plane.data);
+    let plane = frame.plane(Aov::ObjectId).map_or(&[][..], |plane| &plane.ids);
     let mut pgm = format!("P5\n{} {}\n255\n", frame.width, frame.height).into_bytes();
     pgm.extend(plane.iter().map(|number| *number as u8));
     pgm
@@ -46,8 +46,7 @@ fn objects(frame: &Frame) -> Vec<u8> {
 
 /// Writes `count` views into a folder. Returns the lines of its `cameras.csv`.
 fn write(scene: &Scene, folder: &Path, count: u32) -> Result<String, Box<dyn Error>> {
-    // One sample a pixel: a pixel of a mask belongs to one object.
-    let options = RenderOptions::draft(SIDE, SIDE).with_samples(1).with_aovs(vec![Aov::Depth, Aov::ObjectId]);
+    let options = RenderOptions::draft(SIDE, SIDE).with_aovs(vec![Aov::Depth, Aov::ObjectId]);
     let mut renderer = Renderer::builder().build()?;
     // World to camera as OpenCV has it: row by row, +x right, +y down, +z forward. The first pixel's centre is at 0.5, 0.5.
     let elements = (0..16).map(|k| format!("pose[{}][{}]", k / 4, k % 4)).collect::<Vec<_>>().join(",");

@@ -89,12 +89,12 @@ mod tests {
         let frame = draw(96, 64).unwrap().frame;
         let plane = frame.plane(Aov::ObjectId).unwrap();
         for object in [FLOOR, BALL, KNOT, BOX] {
-            let pixels = plane.data.iter().filter(|&&id| id == object as f32 + 1.0).count();
+            let pixels = plane.ids.iter().filter(|&&id| id == object + 1).count();
             assert!(pixels > 100, "object {object} has {pixels} pixels");
         }
         // The ball is left of the middle, and red.
         let (x, y) = (33, 32);
-        assert_eq!(frame.plane_pixel(Aov::ObjectId, x, y), Some(&[BALL as f32 + 1.0][..]));
+        assert_eq!(frame.id(Aov::ObjectId, x, y), Some(BALL + 1));
         let [red, green, ..] = frame.pixel(x, y).unwrap();
         assert!(red > 2.0 * green, "{red} {green}");
     }

@@ -109,7 +109,7 @@ pub mod formats {
 pub mod frame {
     #[doc(inline)]
     pub use overcoat_core::frame::{
-        Aov, AovPlane, Clipping, DisplayImage, DisplayOptions, Frame, Meter, PixelFormat, Target,
+        Aov, AovPlane, Clipping, DisplayImage, DisplayOptions, Frame, Meter, PixelFormat, PlaneSample, Target,
     };
 }
 
@@ -197,9 +197,9 @@ pub mod output {
 pub mod render {
     #[doc(inline)]
     pub use overcoat_render::{
-        Background, Cancellation, Edges, EnvironmentStore, Ground, Hit, Quality, ReducedLight, RenderError,
-        RenderOptions, RenderStats, Rendered, RenderedImage, RenderedInto, Renderer, RendererBuilder,
-        StageHashes, Unseen, Visibility, WorkDone,
+        Annotation, Background, Cancellation, Edges, EnvironmentStore, Ground, Hit, Quality, ReducedLight,
+        RenderError, RenderOptions, RenderStats, Rendered, RenderedImage, RenderedInto, Renderer,
+        RendererBuilder, StageHashes, Unseen, Visibility, WorkDone, names_of_ids, optical_flow,
     };
 }
 

@@ -207,6 +207,7 @@ fn bad_input_ends_in_one_clear_line() {
         (&["render", "quad.glb", "--env-rotation", "nan"], 2, &["--env-rotation"]),
         (&["render", "quad.glb", "--background", "whitish"], 2, &["--background"]),
         (&["render", "quad.glb", "--aov", "depth,smell"], 2, &["--aov", "smell"]),
+        (&["render", "quad.glb", "--aov-sample", "mean"], 2, &["--aov-sample", "center, nearest"]),
         (
             &["render", "quad.glb", "--limit", "triangles=1"],
             3,
@@ -581,6 +582,44 @@ fn planes_go_beside_a_png_and_into_an_exr() {
     let exr = fs::read(folder.path().join("out.exr")).unwrap();
     let has = |name: &[u8]| exr.windows(name.len()).any(|w| w.eq_ignore_ascii_case(name));
     assert!(has(b"depth") && has(b"uv"));
+}
+
+/// Masks hold the numbers that the report names and counts.
+#[test]
+fn masks_are_numbers_and_reports_say_of_what() {
+    let folder = tempfile::tempdir().unwrap();
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 3 0 0\nv 4 0 0\nv 4 1 0\nv 3 1 0\n";
+    fs::write(folder.path().join("two.obj"), format!("{square}o left\nf 1 2 3 4\no right\nf 5 6 7 8\n"))
+        .unwrap();
+    let draw = |more: &[&str]| {
+        let args = [
+            "render", "two.obj", "-o", "out.png", "--size", "40", "--up", "+y", "--view", "front", "--ortho",
+            "--json",
+        ];
+        let output = overcoat(folder.path(), &[&args, more].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()
+    };
+    assert!(draw(&["--aov", "depth"]).get("ids").is_none());
+    for sample in ["center", "nearest"] {
+        let report = draw(&["--aov", "object-id", "--aov-sample", sample]);
+        let bytes = fs::read(folder.path().join("out.object-id.png")).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut mask = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut mask).unwrap();
+        assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Grayscale, png::BitDepth::Sixteen));
+        let ids = report["ids"]["object-id"].as_array().unwrap();
+        assert_eq!(ids.iter().map(|of| of["name"].as_str().unwrap()).collect::<Vec<_>>(), ["left", "right"]);
+        for (k, of) in ids.iter().enumerate() {
+            let pixels = mask.chunks(2).filter(|pixel| **pixel == [0, k as u8 + 1]).count();
+            assert!(pixels > 50, "{pixels}");
+            assert_eq!(of["id"], k + 1);
+            assert_eq!(of["px_count_visib"], pixels);
+            assert_eq!(of["visib_fract"], 1.0);
+            assert_eq!(of["bbox_visib"].as_array().map(Vec::len), Some(4));
+            assert_eq!(of["bbox_obj"].as_array().map(Vec::len), Some(4));
+        }
+    }
 }
 
 #[test]

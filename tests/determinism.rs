@@ -101,7 +101,10 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
             .render_image(&shot.scene, &shot.camera, &options, &shot.display)
             .map_err(|error| format!("{setting}: {error}"))?;
         let bits = |planes: &[AovPlane]| -> Vec<u32> {
-            planes.iter().flat_map(|plane| &plane.data).map(|v| v.to_bits()).collect()
+            let bits = |plane: &AovPlane| {
+                plane.data.iter().map(|v| v.to_bits()).chain(plane.ids.clone()).collect::<Vec<_>>()
+            };
+            planes.iter().flat_map(bits).collect()
         };
         if bits(&direct.aovs) != bits(&rendered.frame.aovs) {
             return Err(format!("{setting}: planes differ without a frame"));
@@ -152,6 +155,6 @@ fn frame_difference(a: &Frame, b: &Frame) -> Option<String> {
     a.aovs
         .iter()
         .zip(&b.aovs)
-        .find(|(a, b)| a.aov != b.aov || bits(&a.data) != bits(&b.data))
+        .find(|(a, b)| a.aov != b.aov || a.ids != b.ids || bits(&a.data) != bits(&b.data))
         .map(|(a, _)| format!("plane {}", a.aov.name()))
 }

@@ -6,6 +6,7 @@ mod area_lights;
 mod by_need;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
+mod data_sets;
 mod defaults;
 mod dense_mesh;
 mod edges;

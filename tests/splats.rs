@@ -249,9 +249,9 @@ fn opacity_backgrounds_and_planes() {
     let with = options().with_aovs(aovs);
     let frame = Renderer::new(1).render(&scene, &parallel(), &with).unwrap().frame;
     let (middle, edge) = ((32 * SIZE + 32) as usize, (32 * SIZE + 45) as usize);
-    let [depth, object, coverage] = [0, 1, 2].map(|k| &frame.aovs[k].data);
+    let ([depth, coverage], object) = ([0, 2].map(|k| &frame.aovs[k].data), &frame.aovs[1].ids);
     near(depth[middle], 10.0, 1e-5, "distance");
-    assert_eq!((object[middle], depth[0], object[0], coverage[0]), (7.0, 0.0, 0.0, 0.0));
+    assert_eq!((object[middle], depth[0], object[0], coverage[0]), (7, 0.0, 0, 0.0));
     assert_eq!(coverage[middle], frame.pixels[middle][3]);
     // Less than half covered: no distance, but some coverage.
     assert!(depth[edge] == 0.0 && coverage[edge] > 0.05 && coverage[edge] < 0.5, "{}", coverage[edge]);

@@ -196,8 +196,8 @@ fn what_is_picked_is_what_the_picture_shows_there() {
                 }
                 let material = &scene.materials()[instance.material.index()];
                 blended += u32::from(material.alpha_mode == AlphaMode::Blend || material.is_transmissive());
-                let alike = plane(Aov::ObjectId) == (instance.object + 1) as f32
-                    && plane(Aov::MaterialId) == (instance.material.index() + 1) as f32;
+                let alike = frame.id(Aov::ObjectId, x, y) == Some(instance.object + 1)
+                    && frame.id(Aov::MaterialId, x, y) == Some(instance.material.index() as u32 + 1);
                 let depth = f64::from(plane(Aov::Depth));
                 compared += u32::from(alike && near(depth, f64::from(hit.depth), 0.02));
             }

@@ -78,6 +78,9 @@ impl World {
         let count = objects.max().map_or(0, |last| last.wrapping_add(1));
         let first_object = self.next_object;
         self.next_object = self.next_object.wrapping_add(count);
+        for (object, name) in pose.object_names() {
+            self.scene.name_object(first_object.wrapping_add(object), name);
+        }
         let empty = ModelState {
             source,
             pose: Scene::new(),

@@ -187,7 +187,9 @@ fn difference(a: &Rendered, b: &Rendered) -> Option<String> {
         return Some("the frame".to_owned());
     }
     let differs = |(a, b): &(&AovPlane, &AovPlane)| {
-        a.aov != b.aov || a.data.iter().map(|v| v.to_bits()).ne(b.data.iter().map(|v| v.to_bits()))
+        a.aov != b.aov
+            || a.ids != b.ids
+            || a.data.iter().map(|v| v.to_bits()).ne(b.data.iter().map(|v| v.to_bits()))
     };
     a.frame.aovs.iter().zip(&b.frame.aovs).find(differs).map(|(a, _)| format!("plane {}", a.aov.name()))
 }

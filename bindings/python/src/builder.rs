@@ -249,6 +249,11 @@ impl SceneBuilder {
         added.map_err(|e| errors::scene("instance", &e))
     }
 
+    /// Names an object, for `image.ids`.
+    fn name_object(&self, object: u32, name: &str) {
+        self.parts().scene.name_object(object, name);
+    }
+
     fn add_light(&self, json: &str) -> PyResult<()> {
         let data: LightData = parsed("light", json)?;
         let LightData { position, direction, range, inner_cone_cosine, outer_cone_cosine, .. } = data;

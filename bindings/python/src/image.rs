@@ -2,11 +2,11 @@
 
 use crate::errors;
 use crate::pool::Pool;
-use overcoat::Frame;
 use overcoat::frame::{DisplayImage, DisplayOptions};
 use overcoat::output::{ExrPrecision, OutputFormat, OutputOptions, encode, encode_png, write_atomically};
-use overcoat::render::Rendered;
-use overcoat::scene::CameraMatrices;
+use overcoat::render::{Annotation, RenderOptions, Rendered, names_of_ids, optical_flow};
+use overcoat::scene::{Camera, CameraMatrices};
+use overcoat::{Frame, Scene};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 use std::path::{Path, PathBuf};
@@ -31,6 +31,16 @@ pub(crate) struct Image {
     shown: OnceLock<DisplayImage>,
     /// Pool that takes the frame's memory back.
     pool: Arc<Pool>,
+    /// Scene, camera and options, if it has planes of the G-buffer.
+    source: Option<Source>,
+}
+
+/// Scene, camera and options of a picture.
+#[derive(Debug)]
+pub(crate) struct Source {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) camera: Camera,
+    pub(crate) options: RenderOptions,
 }
 
 impl Image {
@@ -40,9 +50,11 @@ impl Image {
         is_filled: bool,
         warnings: Vec<String>,
         pool: Arc<Pool>,
+        source: Option<Source>,
     ) -> Self {
         Self {
             frame,
+            source,
             camera,
             display,
             is_filled,
@@ -160,7 +172,8 @@ impl Image {
         Self::plane(slf, Content::Linear, vec![frame.height as usize, frame.width as usize, 4])
     }
 
-    /// Planes of the G-buffer that were asked for by `aov=`: (H, W) or (H, W, C) float32 views, by their names.
+    /// Planes of the G-buffer that were asked for by `aov=`: (H, W) or (H, W, C) views, by their names; float32, of identities
+    /// uint32.
     #[getter]
     fn aov<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let frame = &slf.get().frame;
@@ -173,6 +186,71 @@ impl Image {
             planes.set_item(plane.aov.name(), Self::plane(slf, Content::Aov(k), shape)?)?;
         }
         PyModule::import(slf.py(), "overcoat._planes")?.getattr("Planes")?.call1((planes,))
+    }
+
+    /// Names of what planes of identities show, `{plane: {number: name}}`: empty where the file has none. 0 is nothing.
+    #[getter]
+    fn ids<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let found = PyDict::new(py);
+        let Some(source) = &self.source else { return Ok(found) };
+        for plane in self.frame.aovs.iter().filter(|plane| plane.aov.is_identity()) {
+            found.set_item(plane.aov.name(), names_of_ids(&source.scene, plane.aov))?;
+        }
+        Ok(found)
+    }
+
+    /// Boxes and pixels of each instance, object or material, whether it is visible or not: a list of dicts by the numbers of a plane
+    /// of identities that was asked for.
+    ///
+    /// `id` and `name`; and, by the names of BOP, `bbox_obj` and `bbox_visib` (left, top, width, height in pixels: of the whole
+    /// geometry, also hidden and beyond the picture, and of the pixels that show it; `None` without any), `px_count_all` (pixels of
+    /// the picture that would show it alone), `px_count_visib` and `visib_fract`. Everything that overlaps something else is drawn alone for
+    /// it, without light.
+    #[pyo3(signature = (plane="object-id"))]
+    fn annotations<'py>(&self, py: Python<'py>, plane: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let aov = crate::options::aov(plane)?;
+        let (Some(source), Some(ids)) = (&self.source, self.frame.plane(aov).filter(|_| aov.is_identity()))
+        else {
+            return Err(errors::Kind::Option.error(format_args!(
+                "plane '{plane}': the picture has no such plane of identities: render(..., aov=['object-id'])"
+            )));
+        };
+        let Source { scene, camera, options } = source;
+        let found = self.pool.with(py, |renderer| renderer.annotate(scene, camera, options, ids));
+        let told = |of: Annotation| {
+            let dict = PyDict::new(py);
+            let fraction = of.visible_fraction();
+            dict.set_item("id", of.id)?;
+            dict.set_item("name", of.name)?;
+            dict.set_item("bbox_obj", of.full_box)?;
+            dict.set_item("bbox_visib", of.visible_box)?;
+            dict.set_item("px_count_all", of.pixels)?;
+            dict.set_item("px_count_visib", of.visible_pixels)?;
+            dict.set_item("visib_fract", fraction)?;
+            Ok(dict)
+        };
+        found.map_err(|e| errors::render(&e))?.into_iter().map(told).collect()
+    }
+
+    /// Optical flow to another picture of the same size, (H, W, 2) float32: pixels to the right and down from each pixel's centre to
+    /// where the point that it shows is in the other, whether it is seen there or not. The picture has to have the planes `position`
+    /// and `instance-id`, the other any plane; it is of the same model, in the same pose or another one.
+    ///
+    /// NaN where nothing is, behind the other camera, and where meshes are deformed: by skins and morph targets.
+    fn flow_to<'py>(&self, py: Python<'py>, other: &Bound<'py, Image>) -> PyResult<Bound<'py, PyAny>> {
+        let other = other.get();
+        let (Some(from), Some(to)) = (&self.source, &other.source) else {
+            let message =
+                "flow_to(): both pictures have to have planes: render(..., aov=['position', 'instance-id'])";
+            return Err(errors::Kind::Option.error(message));
+        };
+        if (self.frame.width, self.frame.height) != (other.frame.width, other.frame.height) {
+            return Err(errors::Kind::Option.error("flow_to(): the pictures have different sizes"));
+        }
+        let flow = py.detach(|| optical_flow(&self.frame, &from.scene, &to.scene, &to.camera));
+        let flow = flow.map_err(|e| errors::render(&e))?;
+        let flat = numpy::PyArray1::from_vec(py, flow.into_flattened());
+        flat.call_method1("reshape", ((self.frame.height, self.frame.width, 2),))
     }
 
     /// XXH3-128 of the linear picture, 32 hexadecimal digits: as `overcoat render --json` prints it.
@@ -280,6 +358,7 @@ impl Plane {
             Content::Shown => (image.shown(py).as_bytes().as_ptr() as usize, "|u1"),
             Content::Linear => (image.frame.pixels.as_ptr() as usize, FLOAT),
             Content::Aov(k) => match image.frame.aovs.get(k) {
+                Some(plane) if plane.aov.is_identity() => (plane.ids.as_ptr() as usize, UNSIGNED),
                 Some(plane) => (plane.data.as_ptr() as usize, FLOAT),
                 None => (0, FLOAT),
             },
@@ -293,5 +372,8 @@ impl Plane {
     }
 }
 
-/// Floats of this machine, in the words of numpy.
+/// Whole numbers of this machine, in the words of numpy.
+const UNSIGNED: &str = if cfg!(target_endian = "little") { "<u4" } else { ">u4" };
+
+/// Floats of this machine, likewise.
 const FLOAT: &str = if cfg!(target_endian = "little") { "<f4" } else { ">f4" };

@@ -1,7 +1,7 @@
 //! Threads, environments and scenes that are kept from one picture to the next.
 
 use crate::errors;
-use crate::image::Image;
+use crate::image::{Image, Source};
 use crate::model::Model;
 use crate::options::{GivenRequest, Request, limits, loading};
 use crate::pool::Pool;
@@ -140,12 +140,13 @@ struct Drawn {
     /// The environment is behind the model.
     is_filled: bool,
     warnings: Vec<String>,
+    source: Option<Source>,
 }
 
 impl Drawn {
     fn into_image(self, pool: &Arc<Pool>) -> Image {
-        let Self { rendered, display, is_filled, warnings } = self;
-        Image::new(rendered, display, is_filled, warnings, Arc::clone(pool))
+        let Self { rendered, display, is_filled, warnings, source } = self;
+        Image::new(rendered, display, is_filled, warnings, Arc::clone(pool), source)
     }
 }
 
@@ -171,6 +172,9 @@ impl Renderer {
         };
         let display = description.display_of(scene, &display);
         let mut drawn = one(renderer, scene, &camera, &options, display)?;
+        if !options.aovs.is_empty() {
+            drawn.source = Some(Source { scene: Arc::clone(scene), camera, options });
+        }
         drawn.warnings.splice(0..0, model.warnings.iter().chain(&prepared.warnings).cloned());
         Ok((drawn, made))
     }
@@ -200,6 +204,10 @@ impl Renderer {
             let mut drawn = one(renderer, &scene, &camera, &options, display)?;
             if k == 0 {
                 drawn.warnings.splice(0..0, model.warnings.iter().chain(&prepared.warnings).cloned());
+            }
+            if !options.aovs.is_empty() {
+                let (scene, options) = (Arc::new(scene.clone()), options.clone());
+                drawn.source = Some(Source { scene, camera, options });
             }
             // What the first is metered at holds for all.
             display = drawn.display.clone();
@@ -243,7 +251,7 @@ fn one(
     let warnings = losses(scene, camera, options, asked, &rendered.frame, &rendered.stats);
     let display = metered;
     let is_filled = options.background == Background::Environment;
-    Ok(Drawn { rendered, display, is_filled, warnings })
+    Ok(Drawn { rendered, display, is_filled, warnings, source: None })
 }
 
 /// A format by its name or its extension.

@@ -1,7 +1,7 @@
 //! A finished picture.
 
 use crate::sentence;
-use js_sys::{Float32Array, Uint8ClampedArray};
+use js_sys::{Float32Array, Uint8ClampedArray, Uint32Array};
 use overcoat::Frame;
 use overcoat::frame::{Aov, DisplayImage, DisplayOptions};
 use overcoat::load::Warning;
@@ -64,13 +64,17 @@ impl Picture {
         Float32Array::from(self.frame.pixels.as_flattened())
     }
 
-    /// A plane of the G-buffer that was asked for when the picture was drawn: its numbers, pixel by pixel.
+    /// A plane of the G-buffer that was asked for when the picture was drawn: its numbers, pixel by pixel, a `Float32Array`, or of
+    /// identities a `Uint32Array`.
     ///
     /// # Errors
     /// If it was not asked for.
-    pub fn plane(&self, name: &str) -> Result<Float32Array, JsValue> {
+    pub fn plane(&self, name: &str) -> Result<JsValue, JsValue> {
         let plane = Aov::from_name(name).and_then(|aov| self.frame.plane(aov));
         let plane = plane.ok_or_else(|| sentence(format!("aovs: '{name}' was not drawn")))?;
-        Ok(Float32Array::from(plane.data.as_slice()))
+        Ok(match plane.aov.is_identity() {
+            true => Uint32Array::from(plane.ids.as_slice()).into(),
+            false => Float32Array::from(plane.data.as_slice()).into(),
+        })
     }
 }

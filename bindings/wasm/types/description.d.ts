@@ -6,6 +6,8 @@ export interface Description {
   animation?: string | number;
   /** Largest anisotropy of texture filtering, 1 to 16 [default: 8]. */
   anisotropy?: number;
+  /** Surface of a pixel that planes of depth, place, direction and identity show: center or nearest [default: center]. */
+  aov_sample?: "center" | "nearest";
   /** Integration of the reflections of rectangles and tubes: ltc, as engines do, or facets, slower and within 1 percent [default: ltc]. */
   area_lights?: "ltc" | "facets";
   /** Background: transparent, env, #rrggbb (the # may be left out) or a colour name [default: transparent, of .jpg white]. */

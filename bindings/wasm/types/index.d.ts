@@ -67,8 +67,8 @@ export declare class RenderedImage {
   readonly warnings: string[];
   /** RGBA, linear Rec. 709, premultiplied by alpha, row by row from the top; if `linear` was asked for. */
   readonly linear?: Float32Array;
-  /** The planes that were asked for, by name: as many numbers a pixel as the plane has channels. */
-  readonly aovs: Record<string, Float32Array>;
+  /** The planes that were asked for, by name: as many numbers a pixel as the plane has channels; identities are whole numbers. */
+  readonly aovs: Record<string, Float32Array | Uint32Array>;
   /** A PNG file, the same bytes as the command writes. */
   png(): Promise<Uint8Array<ArrayBuffer>>;
   /** A lossless WebP file. */

@@ -13,6 +13,7 @@ use overcoat_image::output::TerminalFormat;
 use overcoat_load::Loaded;
 use overcoat_render::Ground;
 use overcoat_scene::Scene;
+use overcoat_worker::annotation_report::annotations;
 use overcoat_worker::losses::{left_out, limited, losses, texture_losses};
 use overcoat_worker::picture_format::PictureFormat;
 use overcoat_worker::picture_task::{Pixels, RenderedPicture};
@@ -151,6 +152,7 @@ pub(super) fn carry_out(
         return Ok(());
     }
     let frame_hash = stages.time("hash", || frame.frame_hash());
+    let ids = annotations(&mut renderer, &scene, &camera, &task.picture.options, &frame, &mut stages)?;
     let told = Told {
         task: &task.picture,
         scene: &scene,
@@ -161,6 +163,7 @@ pub(super) fn carry_out(
         encoded: encoded.digest(),
         exposure,
         threads: renderer.jobs().threads(),
+        ids,
     };
     report::print_json(&RenderReport::new(&told, stages, start.elapsed(), warnings))
 }

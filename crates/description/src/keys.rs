@@ -15,6 +15,7 @@ use super::schema;
 use super::value::Value;
 use super::write;
 use overcoat_core::color::ToneCurve;
+use overcoat_core::frame::PlaneSample;
 use overcoat_core::suggest::{nearest_name, same_name, suggestion};
 use overcoat_load::Warning;
 use overcoat_render::{Edges, Quality};
@@ -402,6 +403,19 @@ pub(super) static SCENE: &[Key<Description>] = &[
         .default("by the distances between them, at least about a pixel; 3 if they are far apart")
         .argument(Argument::new(Group::Picture, "point-size", "PIXELS"))
         .in_requests(),
+    scene!(
+        "aov_sample",
+        s.aov_sample,
+        Names::<PlaneSample>::OF,
+        "Surface of a pixel that planes of depth, place, direction and identity show: center or nearest"
+    )
+    .default("center")
+    .argument(Argument::new(Group::Picture, "aov-sample", "WHICH").more(|| {
+        "center: the surface at the pixel's centre, evaluated there, whatever --samples. nearest: of all surfaces that the samples of \
+         the pixel see, the one nearest to the camera. Neither is a mean, so that every depth is that of a surface."
+            .to_owned()
+    }))
+    .in_requests(),
     Key::new("name", "A name, for readers"),
     Key::new("note", "A note, for readers"),
     Key::new("peers", "Pictures of other programs, for readers"),

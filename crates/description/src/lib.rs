@@ -82,6 +82,7 @@ pub use schema::scene_schema;
 
 use keys::SCENE;
 use overcoat_core::color::ToneCurve;
+use overcoat_core::frame::PlaneSample;
 use overcoat_core::limits::Limits;
 use overcoat_load::{AnimationChoice, LoadError, Warning, has_folder, inner_extension, read_input};
 use overcoat_render::{Edges, Ground, Quality};
@@ -173,6 +174,8 @@ pub struct Description {
     pub line_width: Option<f32>,
     /// Diameter of points in pixels, 0.1 to 64.
     pub point_size: Option<f32>,
+    /// Surface of a pixel that planes of geometry and identities show: `center` or `nearest`.
+    pub aov_sample: Option<PlaneSample>,
 
     /// Warnings about the file that it was read from.
     pub warnings: Vec<Warning>,

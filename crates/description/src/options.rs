@@ -141,6 +141,7 @@ impl Description {
         options.edge_width = self.edge_width;
         options.line_width = self.line_width.unwrap_or(defaults.line_width);
         options.point_size = self.point_size;
+        options.aov_sample = self.aov_sample.unwrap_or_default();
         options.limits = limits.clone();
         let display = DisplayOptions::default()
             .with_tone_curve(self.tone_curve.unwrap_or_default())

@@ -106,6 +106,7 @@ mod tests {
         edge_width = 2.0
         line_width = 0.1
         point_size = 2.5
+        aov_sample = "nearest"
         [materials]
         body = "velvet"
         [camera]

@@ -414,6 +414,7 @@ impl Builder<'_> {
             let element = format!("{FORMAT}: object {}", quoted(object.name));
             add_object(&mut self.scene, &element, data, material, number)?;
         }
+        self.scene.name_object(number, &name_of(object.name));
         Ok(())
     }
 

@@ -12,10 +12,10 @@ use super::textures::TextureMemory;
 use super::tiles::Found;
 use overcoat_core::frame::Target;
 use overcoat_core::limits::LimitExceeded;
-use overcoat_scene::Scene;
+use overcoat_scene::{EnvironmentSource, Scene};
 use overcoat_stages::gbuffer::Draw;
 use overcoat_stages::geometry::View;
-use overcoat_stages::light::PrefilteredEnvironment;
+use overcoat_stages::light::{Levels, PrefilteredEnvironment};
 use overcoat_stages::raster::SamplePattern;
 use overcoat_tiles::budget::FrameBudget;
 use overcoat_tiles::edges::left_out;
@@ -114,9 +114,13 @@ impl<'a> Attempt<'a> {
         check_lost(scene)?;
         self.times.textures = self.pool.lap();
 
-        // Filter the environment, and find where the lights shine and what is in their way.
-        let levels = foreseen(scene, options);
-        let filtered = environments.get(&scene.environment().source, levels, jobs, options.simd);
+        // Filter the environment, and find where the lights shine and what is in their way. Planes alone do not ask for light.
+        let filtered = if self.request.only_planes {
+            environments.get(&EnvironmentSource::None, Levels::NONE, jobs, options.simd)
+        } else {
+            let levels = foreseen(scene, options);
+            environments.get(&scene.environment().source, levels, jobs, options.simd)
+        };
         let environment = environment_light(scene, &filtered);
         prepared.prepare_lights(self, &mut passes.effects, &environment)?;
         self.times.environment = self.pool.lap();

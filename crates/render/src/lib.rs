@@ -4,9 +4,12 @@
 //! **Memory.** Every list of a picture is kept for the next: a picture like the last one takes no new memory, see
 //! [`Renderer::recycle`].
 
+mod annotate;
 mod attempt;
 mod builder;
+mod centered;
 mod environment;
+mod flow;
 #[cfg(test)]
 mod ground_tests;
 #[cfg(test)]
@@ -17,6 +20,7 @@ mod passes;
 mod pick;
 mod picture;
 mod prepared;
+mod projected_box;
 mod rendered;
 mod setup;
 mod textures;
@@ -24,8 +28,10 @@ mod tiles;
 mod traced_rows;
 mod unseen;
 
+pub use annotate::{Annotation, names_of_ids};
 pub use builder::RendererBuilder;
 pub use environment::EnvironmentStore;
+pub use flow::optical_flow;
 pub use overcoat_tiles::cancel::Cancellation;
 pub use overcoat_tiles::clock::Moment;
 pub use overcoat_tiles::edges::Edges;
@@ -39,7 +45,7 @@ pub use rendered::{ReducedLight, RenderStats, Rendered, RenderedImage, RenderedI
 pub use unseen::Unseen;
 
 use builder::Fixed;
-use overcoat_core::frame::{DisplayImage, DisplayOptions, Frame, Meter, PixelFormat, Target};
+use overcoat_core::frame::{AovPlane, DisplayImage, DisplayOptions, Frame, Meter, PixelFormat, Target};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::math::arithmetic_is_default;
 use overcoat_scene::{Camera, CameraMatrices, Scene, ShadingModel};
@@ -204,6 +210,28 @@ impl Renderer {
         Ok(RenderedInto { camera: matrices(scene, camera, options)?, tinted, exposure, stats })
     }
 
+    /// Draws planes of the G-buffer alone, those of [`RenderOptions::aovs`] in their order: surfaces are neither lit nor shaded, and
+    /// there is no floor. Geometry and identities are those of [`Renderer::render`]; planes that depth maps know are as in
+    /// [`Quality::Draft`].
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_planes(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+    ) -> Result<Vec<AovPlane>, RenderError> {
+        let drawn = self.with_request(scene, camera, options, None, |memory, request| {
+            let options = &centered::of_planes(request.options, request.options.aovs.clone());
+            memory.draw(&Request { options, only_planes: true, ..*request })
+        })?;
+        let mut frame = drawn.frame;
+        let planes = std::mem::take(&mut frame.aovs);
+        self.recycle(frame);
+        Ok(planes)
+    }
+
     /// Finds what a pixel shows, counted from the upper left corner: the nearest triangle, line or point whose opacity
     /// is not 0 at the sample nearest to the middle that sees any. `None` where nothing is; splats, the floor and the
     /// environment are not found.
@@ -258,8 +286,9 @@ impl Renderer {
         let cancellation = cancellation.as_ref();
         let display = display.map(|display| display.for_lights(!scene.lights().is_empty()));
         let display = display.as_ref();
+        let (rays_fit, only_planes) = (false, false);
         let request =
-            Request { jobs, scene, camera, options: &options, display, cancellation, rays_fit: false };
+            Request { jobs, scene, camera, options: &options, display, cancellation, rays_fit, only_planes };
         jobs.on_worker(|| carry_out(memory, &request))
     }
 }

@@ -96,7 +96,7 @@ impl PassMemory {
         request: &Request<'_>,
         mut target: Option<(&mut Target<'_>, [u32; 4])>,
     ) -> (Planes, Found) {
-        let &Request { scene, options, display, .. } = request;
+        let &Request { scene, options, display, only_planes, .. } = request;
         let (kinds, count) = (PassKind::of(frame.states), frame.grid.pixel_count());
         // What is metered is developed when all of it is known.
         let mut developer = display.filter(|display| display.meter == Meter::Never).map(Developer::new);
@@ -122,7 +122,7 @@ impl PassMemory {
                 let (clipping, hashes) = (!scene.lights().is_empty(), options.stage_hashes);
                 let clipping = clipping && writer.is_none();
                 let aovs = if writer.is_some() { &[] } else { &options.aovs[..] };
-                wanted = Wanted { developer, target: writer, clipping, aovs, hashes };
+                wanted = Wanted { developer, target: writer, clipping, aovs, hashes, only_planes };
                 if display.is_some() && writer.is_none() {
                     planes.add_display(&mut self.planes, count);
                 }

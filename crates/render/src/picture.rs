@@ -1,6 +1,7 @@
 //! One picture: what is asked for, what is kept for the next, and attempts until one of them succeeds.
 
 use super::attempt::{Attempt, Less, Stop};
+use super::centered;
 use super::environment::{EnvironmentCache, foreseen};
 use super::passes::PassMemory;
 use super::pick::LastPicture;
@@ -46,6 +47,8 @@ pub(super) struct Request<'a> {
     pub cancellation: Option<&'a Cancellation>,
     /// The number of rays was chosen to be within limits.
     pub rays_fit: bool,
+    /// Nothing of the picture is wanted but planes of the G-buffer.
+    pub only_planes: bool,
 }
 
 /// One picture, as a frame or for a screen: the planes of what is not wanted are empty.
@@ -86,7 +89,10 @@ impl Request<'_> {
 impl Memory {
     /// Draws a picture, on a worker: a frame, or one for a screen.
     pub(super) fn draw(&mut self, request: &Request<'_>) -> Result<Drawn, RenderError> {
-        self.draw_into(request, None)
+        match centered::parts(request.scene, request.options) {
+            Some([centered, others]) => self.draw_with_centers(request, &centered, &others),
+            None => self.draw_into(request, None),
+        }
     }
 
     /// Draws a picture for a screen, or the part of it that a target holds, into the target alone.

@@ -60,7 +60,7 @@ impl GeometryMemory {
         for mesh in unknown_clouds(scene) {
             mesh.set_surfels(estimate_surfels(mesh, pool.jobs));
         }
-        for (instance, _) in wanted(scene, options) {
+        for (_, instance, _) in wanted(scene, options) {
             let mesh = &scene.meshes()[instance.mesh.index()];
             if mesh.feature_edges().is_none() {
                 mesh.set_feature_edges(find_edges(mesh, pool.jobs));

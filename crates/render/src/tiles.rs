@@ -183,10 +183,7 @@ pub(super) fn count_tiles(pass: &Pass<'_>, costs: &mut Vec<TileCost>, simd: Simd
 /// The G-buffer planes of all tiles as planes of the picture.
 fn join_planes(grid: &TileGrid, tiles: &mut Vec<TileJob>, wanted: &[Aov]) -> Vec<AovPlane> {
     let [width, height] = [grid.width() as usize, grid.height() as usize];
-    let mut planes: Vec<AovPlane> = wanted
-        .iter()
-        .map(|&aov| AovPlane { aov, data: vec![0.0; aov.channels() * width * height] })
-        .collect();
+    let mut planes: Vec<AovPlane> = wanted.iter().map(|&aov| AovPlane::empty(aov, width * height)).collect();
     if planes.is_empty() {
         return planes;
     }
@@ -194,9 +191,13 @@ fn join_planes(grid: &TileGrid, tiles: &mut Vec<TileJob>, wanted: &[Aov]) -> Vec
         let [x, y, tile_width, _] = grid.pixels(tile).map(|v| v as usize);
         for (plane, part) in planes.iter_mut().zip(job.aovs.finish()) {
             let channels = plane.aov.channels();
-            for (row, values) in part.chunks(tile_width * channels).enumerate() {
+            for (row, values) in part.data.chunks(tile_width * channels).enumerate() {
                 let at = ((y + row) * width + x) * channels;
                 plane.data[at..at + values.len()].copy_from_slice(values);
+            }
+            for (row, ids) in part.ids.chunks(tile_width).enumerate() {
+                let at = (y + row) * width + x;
+                plane.ids[at..at + ids.len()].copy_from_slice(ids);
             }
         }
     }

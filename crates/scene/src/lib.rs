@@ -22,6 +22,7 @@ mod mesh;
 mod mipmap;
 mod model;
 mod model_options;
+mod objects;
 mod paint;
 pub mod parameters;
 mod pose;
@@ -67,6 +68,9 @@ pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Samp
 pub use texture::{LevelLayout, level_size};
 pub use transform::Transform;
 pub use transmission::Transmission;
+
+use objects::check_object;
+use std::collections::BTreeMap;
 
 /// Largest magnitude of a coordinate, in object and in world space. Keeps squares and products of differences
 /// finite in single precision.
@@ -163,6 +167,8 @@ pub struct Scene {
     lights: Vec<Light>,
     cameras: Vec<Camera>,
     camera_names: Vec<String>,
+    /// Names of objects, by their numbers.
+    object_names: BTreeMap<u32, String>,
     environment: Environment,
     origin: [f64; 3],
     orientation: Orientation,
@@ -215,7 +221,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError`] if the mesh or the material does not exist, or the transform takes the mesh beyond
-    /// [`MAX_COORDINATE`].
+    /// [`MAX_COORDINATE`], or the object is number 2^32 - 1.
     pub fn add_instance(&mut self, instance: Instance) -> Result<(), SceneError> {
         let mesh = self
             .meshes
@@ -225,6 +231,7 @@ impl Scene {
             return Err(SceneError::NoSuch { what: "material", index: instance.material.0 });
         }
         check_placed(mesh.bounds(), &instance.transform)?;
+        check_object(instance.object)?;
         next_id(self.instances.len(), "instances")?;
         self.change();
         self.instances.push(instance);
@@ -250,6 +257,7 @@ impl Scene {
         let cloud = self.splats.get(instance.cloud.index());
         let cloud = cloud.ok_or(SceneError::NoSuch { what: "splat cloud", index: instance.cloud.0 })?;
         check_placed(cloud.bounds(), &instance.transform)?;
+        check_object(instance.object)?;
         next_id(self.splat_instances.len(), "instances")?;
         self.change();
         self.splat_instances.push(instance);

@@ -1,16 +1,19 @@
 //! G-buffer planes for users to see.
 
-use overcoat_core::frame::Aov;
-use overcoat_core::math::lanes::LANES;
+use super::center_place::CenterRay;
+use overcoat_core::frame::{Aov, AovPlane};
+use overcoat_scene::PrimitiveKind;
 use overcoat_stages::gbuffer::layout::{self, SurfacePlanes};
 use overcoat_stages::gbuffer::{Batch, Draw};
+use overcoat_stages::raster::TileOrigin;
+use overcoat_stages::shade::ViewRays;
 
 /// The rows of the G-buffer that a quantity shows; `None` where it is not of the surface. Depth maps know some better.
 fn rows(aov: Aov, has_maps: bool) -> Option<std::ops::Range<usize>> {
     let first = match aov {
         Aov::Depth => layout::DISTANCE,
         Aov::Position => layout::POSITION,
-        Aov::Normal => layout::NORMAL,
+        Aov::Normal | Aov::CameraNormal => layout::NORMAL,
         Aov::CoatNormal => layout::COAT_NORMAL,
         Aov::Tangent => layout::TANGENT,
         Aov::BaseColor => layout::BASE_COLOR,
@@ -35,24 +38,26 @@ fn rows(aov: Aov, has_maps: bool) -> Option<std::ops::Range<usize>> {
         Aov::Visibility if has_maps => layout::DIFFUSE_SEEN,
         Aov::Shadow if has_maps => layout::LIT_SHARE,
         Aov::Uv => layout::UV,
-        Aov::MaterialId | Aov::ObjectId | Aov::Coverage | Aov::Visibility | Aov::Shadow | Aov::Ground => {
-            return None;
-        }
+        Aov::MaterialId | Aov::ObjectId | Aov::InstanceId => return None,
+        Aov::Coverage | Aov::Visibility | Aov::Shadow | Aov::Ground => return None,
     };
     Some(first.first..first.first + aov.channels())
 }
 
-/// The planes of one tile: sums over the opaque fragments of each pixel, weighted by coverage.
+/// The planes of one tile. Geometry and identities are those of one opaque fragment of each pixel, its leader, which is the nearest;
+/// other quantities are sums over the opaque fragments, weighted by coverage.
 #[derive(Clone, Debug, Default)]
 pub struct TileAovs {
-    wanted: Vec<Aov>,
     /// Depth maps tell what light reaches surfaces, but unlit ones.
     has_maps: bool,
+    /// Depth or position is among the planes.
+    wants_places: bool,
     width: usize,
-    planes: Vec<Vec<f32>>,
-    /// Coverage summed so far, and the largest coverage of a single fragment with its depth, for identities.
+    planes: Vec<AovPlane>,
+    /// Coverage summed so far.
     coverage: Vec<f32>,
-    leader: Vec<(f32, f32)>,
+    /// Depth of the leader so far.
+    leader: Vec<f32>,
     splats: Vec<PixelSplats>,
 }
 
@@ -84,6 +89,15 @@ pub struct AovBatch<'a> {
     pub opaque: usize,
     /// Samples of a pixel.
     pub samples: usize,
+    /// Rays of the view.
+    pub rays: &'a ViewRays,
+    /// Corner of the tile.
+    pub origin: TileOrigin,
+}
+
+/// True of draws whose fragments lie on triangles of their mesh.
+fn is_flat(draw: &Draw<'_>) -> bool {
+    draw.edges.is_none() && draw.mesh.kind() == PrimitiveKind::Triangles
 }
 
 impl TileAovs {
@@ -91,68 +105,94 @@ impl TileAovs {
     pub fn new(wanted: &[Aov], width: usize, height: usize, has_maps: bool) -> Self {
         let pixels = if wanted.is_empty() { 0 } else { width * height };
         Self {
-            wanted: wanted.to_vec(),
             has_maps,
+            wants_places: wanted.iter().any(|aov| matches!(aov, Aov::Depth | Aov::Position)),
             width,
-            planes: wanted.iter().map(|aov| vec![0.0; aov.channels() * pixels]).collect(),
+            planes: wanted.iter().map(|&aov| AovPlane::empty(aov, pixels)).collect(),
             coverage: vec![0.0; pixels],
-            leader: vec![(0.0, f32::NEG_INFINITY); pixels],
+            leader: vec![f32::NEG_INFINITY; pixels],
             splats: Vec::new(),
         }
     }
 
     /// True if any plane was asked for.
     pub fn is_wanted(&self) -> bool {
-        !self.wanted.is_empty()
+        !self.planes.is_empty()
     }
 
     /// True if some plane is one of the material's lobes.
     pub fn wants_lobes(&self) -> bool {
-        self.wanted.iter().any(|&aov| rows(aov, false).is_some_and(|rows| rows.end > layout::LOBES.start))
+        let is_lobe = |aov: Aov| rows(aov, false).is_some_and(|rows| rows.end > layout::LOBES.start);
+        self.planes.iter().any(|plane| is_lobe(plane.aov))
     }
 
     /// Adds a batch of fragments. Blended ones are not part of the G-buffer.
     pub fn add(&mut self, added: &AovBatch<'_>) {
-        let &AovBatch { batch, planes: surface, material, unlit, draws, indices, opaque, samples } = added;
+        let &AovBatch {
+            batch,
+            planes: surface,
+            material,
+            unlit,
+            draws,
+            indices,
+            opaque,
+            samples,
+            rays,
+            origin,
+        } = added;
         // Effects fill nothing for unlit surfaces.
         let has_maps = self.has_maps && !unlit;
         let depth = &surface.rows[layout::DEPTH.first];
-        let pixel_of = |k: usize| {
+        // One after the other: a batch may hold several fragments of a pixel, and how they fall into batches depends on the
+        // tile.
+        for k in (0..batch.len).filter(|&k| (indices[k] as usize) < opaque) {
             let fragment = &batch.fragments[k];
-            fragment.row() as usize * self.width + fragment.column() as usize
-        };
-        let weight_of = |k: usize| batch.fragments[k].mask.count_ones() as f32 / samples as f32;
-        let members: Vec<usize> = (0..batch.len).filter(|&k| (indices[k] as usize) < opaque).collect();
-        for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
-            let whole = [[1.0; LANES]; 3];
-            let values: &[[f32; LANES]] = match rows(*aov, has_maps) {
-                Some(rows) => &surface.rows[rows],
-                None if matches!(aov, Aov::Coverage | Aov::Visibility | Aov::Shadow) => {
-                    &whole[..aov.channels()]
-                }
-                None => continue,
-            };
-            for &k in &members {
-                for (channel, value) in values.iter().enumerate() {
-                    plane[pixel_of(k) * aov.channels() + channel] += value[k] * weight_of(k);
+            let pixel = fragment.row() as usize * self.width + fragment.column() as usize;
+            let weight = fragment.mask.count_ones() as f32 / samples as f32;
+            self.coverage[pixel] += weight;
+            let draw = &draws[batch.vertices.draw(k) as usize];
+            // The first in the list stays among equal depths.
+            let leads = depth[k] > self.leader[pixel];
+            let mut place = None;
+            if leads {
+                self.leader[pixel] = depth[k];
+                // The only sample of a pixel is its centre.
+                if samples == 1 && self.wants_places && is_flat(draw) {
+                    let ray = CenterRay::new(rays, origin, [fragment.column(), fragment.row()]);
+                    place = ray.meet(rays, draw, batch.vertices.corners(k));
                 }
             }
-        }
-        for &k in &members {
-            let (pixel, weight) = (pixel_of(k), weight_of(k));
-            self.coverage[pixel] += weight;
-            let leader = &mut self.leader[pixel];
-            // One after the other: a batch may hold several fragments of a pixel, and how they fall into batches
-            // depends on the tile.
-            if weight > leader.0 || (weight == leader.0 && depth[k] > leader.1) {
-                *leader = (weight, depth[k]);
-                for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
-                    let id = match aov {
-                        Aov::MaterialId => material,
-                        Aov::ObjectId => draws[batch.vertices.draw(k) as usize].object,
-                        _ => continue,
-                    };
-                    plane[pixel] = id as f32 + 1.0;
+            for plane in &mut self.planes {
+                let aov = plane.aov;
+                if aov.is_identity() {
+                    if leads {
+                        let number = match aov {
+                            Aov::MaterialId => material,
+                            Aov::ObjectId => draw.object,
+                            _ => draw.instance,
+                        };
+                        // Scenes have no number that is the last one.
+                        plane.ids[pixel] = number.saturating_add(1);
+                    }
+                    continue;
+                }
+                let out = &mut plane.data[pixel * aov.channels()..][..aov.channels()];
+                match rows(aov, has_maps) {
+                    Some(_) if aov.is_of_one_surface() && !leads => {}
+                    Some(rows) if aov.is_of_one_surface() => {
+                        out.iter_mut().zip(&surface.rows[rows]).for_each(|(v, row)| *v = row[k]);
+                        match (aov, place) {
+                            (Aov::CameraNormal, _) => rays.to_camera(out),
+                            (Aov::Depth, Some((distance, _))) => out.fill(distance),
+                            (Aov::Position, Some((_, position))) => out.copy_from_slice(&position),
+                            _ => {}
+                        }
+                    }
+                    Some(rows) => {
+                        out.iter_mut().zip(&surface.rows[rows]).for_each(|(v, row)| *v += row[k] * weight);
+                    }
+                    None if aov != Aov::Ground => out.iter_mut().for_each(|v| *v += weight),
+                    None => {}
                 }
             }
         }
@@ -168,42 +208,49 @@ impl TileAovs {
 
     /// True if the plane of the floor is wanted.
     pub fn wants_ground(&self) -> bool {
-        self.wanted.contains(&Aov::Ground)
+        self.planes.iter().any(|plane| plane.aov == Aov::Ground)
     }
 
     /// Sets the opacity of the floor in a pixel.
     pub fn set_ground(&mut self, pixel: usize, opacity: f32) {
-        for (_, plane) in self.wanted.iter().zip(&mut self.planes).filter(|(aov, _)| **aov == Aov::Ground) {
-            plane[pixel] = opacity;
+        for plane in self.planes.iter_mut().filter(|plane| plane.aov == Aov::Ground) {
+            plane.data[pixel] = opacity;
         }
     }
 
-    /// Divides by coverage, makes normals unit length, and hands the planes over, in the order of the request.
-    pub fn finish(mut self) -> Vec<Vec<f32>> {
-        for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
-            if matches!(aov, Aov::Coverage | Aov::MaterialId | Aov::ObjectId | Aov::Ground) {
+    /// Divides by coverage, makes directions unit length, and hands the planes over, in the order of the request.
+    pub fn finish(mut self) -> Vec<AovPlane> {
+        for plane in &mut self.planes {
+            let aov = plane.aov;
+            let is_direction = matches!(
+                aov,
+                Aov::Normal | Aov::CameraNormal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent
+            );
+            let is_sum = !aov.is_of_one_surface() && !matches!(aov, Aov::Coverage | Aov::Ground);
+            if !is_direction && !is_sum {
                 continue;
             }
-            for (values, &coverage) in plane.chunks_exact_mut(aov.channels()).zip(&self.coverage) {
-                let divisor = match aov {
-                    Aov::Normal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent => {
-                        (values[0] * values[0] + values[1] * values[1] + values[2] * values[2]).sqrt()
-                    }
-                    _ => coverage,
+            for (values, &coverage) in plane.data.chunks_exact_mut(aov.channels()).zip(&self.coverage) {
+                let divisor = if is_direction {
+                    (values[0] * values[0] + values[1] * values[1] + values[2] * values[2]).sqrt()
+                } else {
+                    coverage
                 };
                 if divisor > 0.0 {
                     values.iter_mut().for_each(|v| *v /= divisor);
                 }
             }
         }
-        for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
+        for plane in &mut self.planes {
             for &PixelSplats { pixel, coverage, front } in &self.splats {
-                match (aov, front) {
-                    (Aov::Coverage, _) => plane[pixel] = 1.0 - (1.0 - plane[pixel]) * (1.0 - coverage),
-                    (Aov::Depth, Some((distance, _))) => plane[pixel] = distance,
-                    (Aov::ObjectId, Some((_, object))) => plane[pixel] = object as f32 + 1.0,
-                    // A splat is not made of a material.
-                    (Aov::MaterialId, Some(_)) => plane[pixel] = 0.0,
+                match (plane.aov, front) {
+                    (Aov::Coverage, _) => {
+                        plane.data[pixel] = 1.0 - (1.0 - plane.data[pixel]) * (1.0 - coverage)
+                    }
+                    (Aov::Depth, Some((distance, _))) => plane.data[pixel] = distance,
+                    (Aov::ObjectId, Some((_, object))) => plane.ids[pixel] = object.saturating_add(1),
+                    // A splat is made of no material and belongs to no instance of a mesh.
+                    (Aov::MaterialId | Aov::InstanceId, Some(_)) => plane.ids[pixel] = 0,
                     _ => {}
                 }
             }
@@ -232,6 +279,7 @@ mod tests {
                 Aov::Iridescence => &["iridescence", "iridescence-thickness"],
                 Aov::SecondLobe => &["second-roughness", "lobe-mix", "haziness"],
                 Aov::Subsurface => &["subsurface", "subsurface-thickness"],
+                Aov::CameraNormal => &["normal"],
                 _ => &[aov.name()],
             };
             assert_eq!(planes.iter().map(|p| p.0).collect::<Vec<_>>(), expected);

@@ -41,9 +41,9 @@ pub fn prepare<'a>(
     draws: &mut Vec<Draw<'a>>,
 ) -> usize {
     let mut vertices = 0;
-    for instance in scene.instances() {
+    for (number, instance) in (0..).zip(scene.instances()) {
         let mesh = &scene.meshes()[instance.mesh.index()];
-        let (mut state, draw) = draw_of(scene, view, instance, mesh);
+        let (mut state, draw) = draw_of(scene, view, (number, instance), mesh);
         let on_screen = if mesh.kind() == PrimitiveKind::Triangles { mesh.positions().len() } else { 0 };
         state.points = (mesh.kind() == PrimitiveKind::Points)
             .then(|| PointView::new(view, mesh, &instance.transform, options.point_size));
@@ -52,9 +52,9 @@ pub fn prepare<'a>(
         states.push(state);
         draws.push(draw);
     }
-    for (instance, kind) in wanted(scene, options) {
+    for (number, instance, kind) in wanted(scene, options) {
         for lines in lines_of(&scene.meshes()[instance.mesh.index()], kind, options) {
-            let (state, draw) = draw_of(scene, view, instance, &lines.mesh);
+            let (state, draw) = draw_of(scene, view, (number, instance), &lines.mesh);
             let width = options.edge_width_in_pixels();
             let edges = Some(EdgeView::new(view, &instance.transform, width));
             states.push(DrawState { vertices: vertices..vertices, edges, ..state });
@@ -65,7 +65,12 @@ pub fn prepare<'a>(
 }
 
 /// A mesh, with the material and at the place of an instance.
-fn draw_of<'a>(scene: &Scene, view: &View, instance: &Instance, mesh: &'a Mesh) -> (DrawState, Draw<'a>) {
+fn draw_of<'a>(
+    scene: &Scene,
+    view: &View,
+    (number, instance): (u32, &Instance),
+    mesh: &'a Mesh,
+) -> (DrawState, Draw<'a>) {
     let transform = &instance.transform;
     let material = &scene.materials()[instance.material.index()];
     let mirrored = transform.determinant() < 0.0;
@@ -84,6 +89,7 @@ fn draw_of<'a>(scene: &Scene, view: &View, instance: &Instance, mesh: &'a Mesh) 
         mesh,
         material: instance.material.index() as u32,
         object: instance.object,
+        instance: number,
         position_matrix: transform.rows().map(|row| row.map(|c| c as f32)),
         normal_matrix: transform.normal_matrix(),
         tangent_matrix: tangent_matrix(transform),

@@ -38,10 +38,13 @@ const SHARE: u64 = 4;
 /// A line on the screen: two triangles in a chunk, with the references of a few tiles.
 const BYTES_PER_LINE: u64 = 256;
 
-/// Instances whose feature edges may be shown, and which, with meshes of which they are not known yet.
-pub fn wanted<'a>(scene: &'a Scene, options: &RenderOptions) -> impl Iterator<Item = (&'a Instance, Edges)> {
+/// Instances whose feature edges may be shown, with their numbers, and which, with meshes of which they are not known yet.
+pub fn wanted<'a>(
+    scene: &'a Scene,
+    options: &RenderOptions,
+) -> impl Iterator<Item = (u32, &'a Instance, Edges)> {
     let (most, is_asked) = (options.limits.frame_bytes / SHARE, options.edges.is_some());
-    asked(scene, options).filter(move |(instance, _)| {
+    asked(scene, options).filter(move |(_, instance, _)| {
         let mesh = &scene.meshes()[instance.mesh.index()];
         edge_bytes(mesh) <= most && (is_asked || mesh.may_be_part())
     })
@@ -69,7 +72,7 @@ pub fn left_out(scene: &Scene, options: &RenderOptions) -> usize {
     if options.edges.is_none() {
         return 0;
     }
-    let has_all = |&(instance, kind): &(&Instance, Edges)| {
+    let has_all = |&(_, instance, kind): &(u32, &Instance, Edges)| {
         let edges = scene.meshes()[instance.mesh.index()].feature_edges();
         edges.is_some_and(|edges| {
             is_affordable(&edges.creases, options)
@@ -80,14 +83,14 @@ pub fn left_out(scene: &Scene, options: &RenderOptions) -> usize {
 }
 
 /// Instances whose feature edges are asked for. Surfaces that are cut out, blended or let light through have none.
-fn asked<'a>(scene: &'a Scene, options: &RenderOptions) -> impl Iterator<Item = (&'a Instance, Edges)> {
+fn asked<'a>(scene: &'a Scene, options: &RenderOptions) -> impl Iterator<Item = (u32, &'a Instance, Edges)> {
     let asked = options.edges;
-    scene.instances().iter().filter_map(move |instance| {
+    (0..).zip(scene.instances()).filter_map(move |(number, instance)| {
         let material = &scene.materials()[instance.material.index()];
         let own = if material.has_edges { Edges::Creases } else { Edges::None };
         let kind = asked.unwrap_or(own);
         let opaque = material.alpha_mode == AlphaMode::Opaque && !material.is_transmissive();
         let has_faces = scene.meshes()[instance.mesh.index()].kind() == PrimitiveKind::Triangles;
-        (kind != Edges::None && opaque && has_faces).then_some((instance, kind))
+        (kind != Edges::None && opaque && has_faces).then_some((number, instance, kind))
     })
 }

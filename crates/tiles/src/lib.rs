@@ -6,6 +6,7 @@
 pub mod aov;
 pub mod budget;
 pub mod cancel;
+pub mod center_place;
 pub mod clock;
 pub mod draws;
 pub mod edges;

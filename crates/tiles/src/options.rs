@@ -4,7 +4,7 @@ use super::edges::Edges;
 use super::ground::Ground;
 use super::quality::{Quality, Visibility};
 use overcoat_core::formats::LEFT_OUT;
-use overcoat_core::frame::Aov;
+use overcoat_core::frame::{Aov, PlaneSample};
 use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_core::math::lanes::SimdLevel;
 use overcoat_scene::{AreaLightMethod, Bounds, SceneError, ShadingModel};
@@ -89,6 +89,8 @@ pub struct RenderOptions {
     pub ground_reflection: f32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
+    /// Surface of a pixel that planes of geometry and identities show.
+    pub aov_sample: PlaneSample,
     /// Computes `RenderStats::stage_hashes`, which take longer than the picture.
     pub stage_hashes: bool,
     /// Bounds on the work.
@@ -124,6 +126,7 @@ impl Default for RenderOptions {
             ground_edge: Self::GROUND_EDGE,
             ground_reflection: 0.0,
             aovs: Vec::new(),
+            aov_sample: PlaneSample::default(),
             stage_hashes: false,
             limits: Limits::default(),
         }
@@ -329,6 +332,12 @@ impl RenderOptions {
     #[must_use]
     pub fn with_aovs(self, aovs: Vec<Aov>) -> Self {
         Self { aovs, ..self }
+    }
+
+    /// The same with another [`RenderOptions::aov_sample`].
+    #[must_use]
+    pub fn with_aov_sample(self, aov_sample: PlaneSample) -> Self {
+        Self { aov_sample, ..self }
     }
 
     /// The same with another [`RenderOptions::stage_hashes`].

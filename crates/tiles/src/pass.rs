@@ -106,6 +106,8 @@ pub struct Wanted<'a> {
     pub aovs: &'a [Aov],
     /// Hashes of the fragments.
     pub hashes: bool,
+    /// Nothing but planes of the G-buffer is wanted: surfaces are not shaded.
+    pub only_planes: bool,
 }
 
 /// One run over all tiles.
@@ -157,6 +159,12 @@ impl<'a> Pass<'a> {
     #[inline(always)]
     pub fn gives_feedback(&self) -> bool {
         matches!(self.purpose, Purpose::Feedback)
+    }
+
+    /// True if surfaces are described by planes of the G-buffer, and that is all.
+    #[inline(always)]
+    pub fn only_describes(&self) -> bool {
+        matches!(&self.purpose, Purpose::Draw(Wanted { only_planes: true, .. }))
     }
 
     /// Outputs beside linear pixels.

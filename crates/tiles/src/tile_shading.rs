@@ -12,7 +12,7 @@ use super::trace::FragmentHashes;
 use super::work::Spent;
 use overcoat_core::each;
 use overcoat_core::math::lanes::{LANES, Lanes};
-use overcoat_core::math::vec3::V3;
+use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::reuse::reserve_like;
 use overcoat_scene::{Material, ShadingModel};
 use overcoat_stages::gbuffer::layout::{self, SurfacePlanes};
@@ -215,11 +215,12 @@ pub fn shade_fragments<L: Lanes>(
                 place.find(l, context, &of.reading, following);
             }
 
-            // Fill what the rest of the picture has to do with them, and shade them.
+            // Fill what the rest of the picture has to do with them, and shade them, unless only the surface is wanted.
+            let only_describes = pass.only_describes();
             if is_found {
                 light.load(indices, planes);
                 Effects { occlusion: None, ..pass.effects }.fill(l, context, of.material, planes);
-            } else {
+            } else if !only_describes {
                 pass.effects.fill(l, context, of.material, planes);
                 if let Some(traced) = traced {
                     let pixels = batch
@@ -229,10 +230,16 @@ pub fn shade_fragments<L: Lanes>(
                     traced.fill(l, &frame.shade, of.material, (indices.len(), &pixels), planes, trace);
                 }
             }
-            let mut radiance = shade(l, context, of.model, of.material, planes);
-            if of.material.transmits() {
-                radiance = add_transmitted(l, context, &of, planes, indices, radiance, out);
-            }
+            let radiance = if only_describes {
+                Vec3::splat(l, [0.0; 3])
+            } else {
+                let radiance = shade(l, context, of.model, of.material, planes);
+                if of.material.transmits() {
+                    add_transmitted(l, context, &of, planes, indices, radiance, out)
+                } else {
+                    radiance
+                }
+            };
 
             // Hand them on: to the pixels or the resolve, to hashes and to planes for users.
             let done = ShadedBatch { of: &of, batch, planes, indices };
@@ -343,7 +350,19 @@ fn describe(
     if job.aovs.is_wanted() {
         let (material, unlit, draws) = (of.number, of.material.unlit, frame.shade.draws);
         let (opaque, samples) = (input.opaque, frame.pattern.len());
-        job.aovs.add(&AovBatch { batch, planes, material, unlit, draws, indices, opaque, samples });
+        let (rays, origin) = (&frame.shade.rays, input.tile.origin);
+        job.aovs.add(&AovBatch {
+            batch,
+            planes,
+            material,
+            unlit,
+            draws,
+            indices,
+            opaque,
+            samples,
+            rays,
+            origin,
+        });
     }
 }
 

@@ -1,5 +1,6 @@
 //! The pictures of one model.
 
+use crate::annotation_report::annotations;
 use crate::contents::Contents;
 use crate::description_of;
 use crate::failure::Failure;
@@ -212,6 +213,7 @@ impl Drawing<'_> {
         stages.add("encode", begun.elapsed());
         let report = match &pixels {
             Pixels::Frame(frame) if request.report => {
+                let ids = annotations(&mut self.renderer, scene, &camera, &task.options, frame, stages)?;
                 let told = render_report::Told {
                     task: &task,
                     scene,
@@ -222,6 +224,7 @@ impl Drawing<'_> {
                     encoded,
                     exposure,
                     threads: self.renderer.jobs().threads(),
+                    ids,
                 };
                 let report = RenderReport::new(&told, stages.clone(), start.elapsed(), warnings.clone());
                 Some(serde_json::to_value(report).map_err(Failure::failed)?)

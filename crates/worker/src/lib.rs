@@ -5,6 +5,7 @@
 //! a worker: it draws one model after another for a parent that must not parse any, as batches and the service do, gives up
 //! every right first, and gets all files from the parent over [`protocol`].
 
+pub mod annotation_report;
 pub mod camera_report;
 mod contents;
 mod coverage_check;

@@ -1,5 +1,6 @@
 //! Report on one picture, as `--json` prints it.
 
+use crate::annotation_report::AnnotationReport;
 use crate::camera_report::CameraReport;
 use crate::picture_format::PictureFormat;
 use crate::picture_task::PictureTask;
@@ -10,6 +11,7 @@ use overcoat_load::Warning;
 use overcoat_render::RenderStats;
 use overcoat_scene::{Camera, Scene};
 use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// All of it. Fields are only ever added.
@@ -33,6 +35,9 @@ pub struct RenderReport {
     #[serde(flatten)]
     up: UpReport,
     camera: CameraReport,
+    /// By planes of identities.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    ids: BTreeMap<&'static str, Vec<AnnotationReport>>,
     triangles: u64,
     triangles_rasterized: u64,
     splats: u64,
@@ -79,6 +84,8 @@ pub struct Told<'a> {
     pub exposure: f32,
     /// Threads that have drawn it.
     pub threads: usize,
+    /// By planes of identities.
+    pub ids: BTreeMap<&'static str, Vec<AnnotationReport>>,
 }
 
 impl RenderReport {
@@ -102,6 +109,7 @@ impl RenderReport {
             exposure: (!of.format.is_linear()).then_some(of.exposure),
             up: UpReport::from(of.scene.orientation()),
             camera: CameraReport::new(of.camera, of.scene, options),
+            ids: of.ids.clone(),
             triangles: stats.triangles,
             triangles_rasterized: stats.triangles_rasterized,
             splats: stats.splats,

@@ -77,6 +77,7 @@ class Mesh:
         mesh = builder.add_mesh(vertices, indexed, normals, uv, colors, kind, crease, tangents)
         placed = identity() if self.transform is None else matrix("transform", self.transform)
         builder.add_instance(mesh, builder.add_material(json.dumps(material)), placed, object_number)
+        builder.name_object(object_number, name)
 
     def arrays(self) -> MeshArrays:
         """Its arrays as the native half takes them: of the right types, each in one piece, with tangents if there is `uv`."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     Matrix = Union[Sequence[Sequence[float]], Sequence[float], npt.NDArray[Any]]
     Path = Union[str, "os.PathLike[str]"]
 
+AovSample = Literal["center", "nearest"]
 AreaLights = Literal["ltc", "facets"]
 Edges = Literal["none", "creases", "boundary"]
 Quality = Literal["draft", "fast", "good", "best"]
@@ -66,6 +67,8 @@ class ViewOptions(TypedDict, total=False):
 
     anisotropy: int
     """Largest anisotropy of texture filtering, 1 to 16 [default: 8]."""
+    aov_sample: AovSample
+    """Surface of a pixel that planes of depth, place, direction and identity show: center or nearest [default: center]."""
     area_lights: AreaLights
     """Integration of the reflections of rectangles and tubes: ltc, as engines do, or facets, slower and within 1 percent [default: ltc]."""
     background: str

@@ -62,8 +62,27 @@ class Image:
     def linear(self) -> npt.NDArray[np.float32]:
         """(H, W, 4), linear light multiplied by alpha, before exposure and tone curve; a view, likewise."""
     @property
-    def aov(self) -> dict[str, npt.NDArray[np.float32]]:
-        """Planes of the G-buffer that were asked for by `aov=`: (H, W) or (H, W, C) views, likewise."""
+    def aov(self) -> dict[str, npt.NDArray[Any]]:
+        """Planes of the G-buffer that were asked for by `aov=`: (H, W) or (H, W, C) views, likewise; float32, of identities uint32."""
+    @property
+    def ids(self) -> dict[str, dict[int, str]]:
+        """Names of what planes of identities show, `{plane: {number: name}}`: empty where the file has none. 0 is nothing."""
+    def annotations(self, plane: str = "object-id") -> list[dict[str, Any]]:
+        """Boxes and pixels of each instance, object or material, whether it is visible or not: a list of dicts by the numbers of a plane
+        of identities that was asked for.
+
+        `id` and `name`; and, by the names of BOP, `bbox_obj` and `bbox_visib` (left, top, width, height in pixels: of the whole
+        geometry, also hidden and beyond the picture, and of the pixels that show it; `None` without any), `px_count_all` (pixels of
+        the picture that would show it alone), `px_count_visib` and `visib_fract`. Everything that overlaps something else is drawn alone for
+        it, without light.
+        """
+    def flow_to(self, other: Image) -> npt.NDArray[np.float32]:
+        """Optical flow to another picture of the same size, (H, W, 2) float32: pixels to the right and down from each pixel's centre to where
+        the point that it shows is in the other, whether it is seen there or not. The picture has to have the planes `position` and
+        `instance-id`, the other any plane; it is of the same model, in the same pose or another one.
+
+        NaN where nothing is, behind the other camera, and where meshes are deformed: by skins and morph targets.
+        """
     @property
     def hash(self) -> str:
         """XXH3-128 of the linear picture, 32 hexadecimal digits: as `overcoat render --json` prints it."""
@@ -156,6 +175,7 @@ class SceneBuilder:
         tangents_of: Optional[int] = None,
     ) -> int: ...
     def add_instance(self, mesh: int, material: int, matrix: npt.NDArray[np.float64], object: int) -> None: ...
+    def name_object(self, object: int, name: str) -> None: ...
     def add_light(self, json: str) -> None: ...
     def warn(self, message: str) -> None: ...
     def finish(self, up: Optional[str] = None) -> Model: ...

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Dict
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
-    class _Planes(Dict[str, "npt.NDArray[np.float32]"]):
+    class _Planes(Dict[str, "npt.NDArray[Any]"]):
         pass
 
 else:
@@ -16,7 +15,7 @@ else:
 
 
 class Planes(_Planes):
-    """`{name: array}`, float32, (H, W) or (H, W, C), of the planes that were asked for."""
+    """`{name: array}`, (H, W) or (H, W, C), of the planes that were asked for; float32, of identities uint32."""
 
     def __missing__(self, name: str) -> Any:
         there = ", ".join(self) or "none"

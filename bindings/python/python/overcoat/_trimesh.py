@@ -40,6 +40,7 @@ def model_of_trimesh(
         for number, node in enumerate(source.graph.nodes_geometry):
             placed, name = source.graph[node]
             converter.add(str(name), source.geometry[name], matrix("transform", placed), number)
+            converter.builder.name_object(number, str(node))
         if getattr(source, "has_camera", False):
             options["camera"] = camera_of(source)
     else:

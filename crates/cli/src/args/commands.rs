@@ -45,10 +45,11 @@ pub struct RenderArgs {
 
     /// Also write planes of the G-buffer: layers of an .exr, files beside others (OUT.depth.png)
     ///
-    /// Comma-separated: depth, position, normal, coat-normal, tangent, base-color, roughness, metallic, specular-color,
-    /// occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy, iridescence,
-    /// second-lobe, subsurface, specular-occlusion, bent-normal, material-id, object-id, uv, coverage, visibility (share of the
-    /// environment's light that arrives), shadow (share of that of lights), ground (opacity of the floor).
+    /// Comma-separated: depth, position, normal, camera-normal, coat-normal, tangent, base-color, roughness, metallic,
+    /// specular-color, occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy,
+    /// iridescence, second-lobe, subsurface, specular-occlusion, bent-normal, material-id, object-id, instance-id, uv, coverage,
+    /// visibility (share of the environment's light that arrives), shadow (share of that of lights), ground (opacity of the
+    /// floor). Identities are 16-bit grey .png files, 0 where nothing is; --json has their names and boxes.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = value_parsers::aov)]
     pub aov: Vec<Aov>,
 

@@ -48,26 +48,83 @@ pub struct Frame {
     pub aovs: Vec<AovPlane>,
 }
 
-/// One G-buffer plane: an attribute of the visible surfaces, averaged over the samples of each pixel that hit a
-/// surface. Of splats there are depth and object, of the one behind which less than half of the light passes, and
-/// coverage.
-#[derive(Clone, Debug, PartialEq)]
+/// One G-buffer plane: an attribute of the visible surfaces.
+///
+/// Geometry and identities ([`Aov::is_of_one_surface`]) are those of one surface a pixel, as [`PlaneSample`] chooses it, and
+/// never a mean: between an object and what is behind it nothing is. Other quantities are averaged over the samples of each pixel
+/// that hit a surface. Splats have coverage, and depth and object of the one behind which less than half of the light passes.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AovPlane {
     /// Which quantity.
     pub aov: Aov,
-    /// [`Aov::channels`] numbers a pixel, row by row from the top; 0 where no surface is, and of [`Aov::Ground`] no floor.
+    /// [`Aov::channels`] numbers a pixel, row by row from the top; 0 where no surface is, and of [`Aov::Ground`] no floor. Empty
+    /// for identities.
     pub data: Vec<f32>,
+    /// Identities ([`Aov::is_identity`]), one a pixel likewise; 0 where no surface is. Empty for quantities.
+    pub ids: Vec<u32>,
+}
+
+impl AovPlane {
+    /// A plane of that many pixels in which no surface is.
+    #[must_use]
+    pub fn empty(aov: Aov, pixels: usize) -> Self {
+        if aov.is_identity() {
+            Self { aov, data: Vec::new(), ids: vec![0; pixels] }
+        } else {
+            Self { aov, data: vec![0.0; pixels * aov.channels()], ids: Vec::new() }
+        }
+    }
+
+    /// Numbers or identities that the plane holds.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.data.len() + self.ids.len()
+    }
+
+    /// True if it holds none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Surface that planes of geometry and identities show of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum PlaneSample {
+    /// The one at the pixel's centre, where it is evaluated, whatever the samples of the picture.
+    #[default]
+    Center,
+    /// The nearest of those that the samples of the picture see, at the centroid of the samples that see it.
+    Nearest,
+}
+
+impl PlaneSample {
+    /// All of them.
+    pub const ALL: &'static [Self] = &[Self::Center, Self::Nearest];
+
+    /// Name as `--aov-sample` takes it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Center => "center",
+            Self::Nearest => "nearest",
+        }
+    }
 }
 
 /// A quantity of the G-buffer ("arbitrary output variable").
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Aov {
     /// Distance along the view direction in metres; 0 where no surface is.
+    #[default]
     Depth,
     /// World-space position in metres.
     Position,
     /// World-space shading normal, unit length.
     Normal,
+    /// Shading normal in the camera's space: +x right, +y up, +z towards the viewer, as OpenGL has it.
+    CameraNormal,
     /// World-space normal of the clear coat, unit length.
     CoatNormal,
     /// World-space direction along which highlights are stretched, unit length.
@@ -108,10 +165,12 @@ pub enum Aov {
     /// `RenderOptions::visibility`; without them what the material has a map of, else
     /// the normal.
     BentNormal,
-    /// Number of the material plus 1, of the nearest surface with the largest coverage; 0 where none is.
+    /// Number of the material plus 1; 0 where no surface is.
     MaterialId,
-    /// Number of the object plus 1, likewise.
+    /// Number of the object (a node of a glTF file) plus 1, likewise.
     ObjectId,
+    /// Number of the instance (a mesh of one material at one place, `Scene::instances`) plus 1, likewise; 0 for splats.
+    InstanceId,
     /// Texture coordinates of set 0.
     Uv,
     /// Part of the pixel that surfaces cover, 0 to 1.
@@ -134,6 +193,7 @@ impl Aov {
         Self::Depth,
         Self::Position,
         Self::Normal,
+        Self::CameraNormal,
         Self::CoatNormal,
         Self::Tangent,
         Self::BaseColor,
@@ -155,6 +215,7 @@ impl Aov {
         Self::BentNormal,
         Self::MaterialId,
         Self::ObjectId,
+        Self::InstanceId,
         Self::Uv,
         Self::Coverage,
         Self::Visibility,
@@ -169,6 +230,7 @@ impl Aov {
             Self::Depth => "depth",
             Self::Position => "position",
             Self::Normal => "normal",
+            Self::CameraNormal => "camera-normal",
             Self::CoatNormal => "coat-normal",
             Self::Tangent => "tangent",
             Self::BaseColor => "base-color",
@@ -190,6 +252,7 @@ impl Aov {
             Self::BentNormal => "bent-normal",
             Self::MaterialId => "material-id",
             Self::ObjectId => "object-id",
+            Self::InstanceId => "instance-id",
             Self::Uv => "uv",
             Self::Coverage => "coverage",
             Self::Visibility => "visibility",
@@ -204,12 +267,35 @@ impl Aov {
         Self::ALL.iter().copied().find(|aov| aov.name() == name)
     }
 
+    /// True of identities, which are whole numbers.
+    #[must_use]
+    pub fn is_identity(self) -> bool {
+        matches!(self, Self::MaterialId | Self::ObjectId | Self::InstanceId)
+    }
+
+    /// True of geometry and identities, which are those of one surface a pixel: see [`PlaneSample`].
+    #[must_use]
+    pub fn is_of_one_surface(self) -> bool {
+        let is_geometry = matches!(
+            self,
+            Self::Depth
+                | Self::Position
+                | Self::Normal
+                | Self::CameraNormal
+                | Self::CoatNormal
+                | Self::Tangent
+                | Self::Uv
+        );
+        is_geometry || self.is_identity()
+    }
+
     /// Numbers a pixel.
     #[must_use]
     pub fn channels(self) -> usize {
         match self {
             Self::Position
             | Self::Normal
+            | Self::CameraNormal
             | Self::CoatNormal
             | Self::BentNormal
             | Self::Tangent
@@ -263,13 +349,20 @@ impl Frame {
         plane(&self.aovs, aov)
     }
 
-    /// Values of a plane in column x of row y: [`Aov::channels`] numbers. `None` outside of the picture, or if the
-    /// plane was not asked for.
+    /// Values of a plane in column x of row y: [`Aov::channels`] numbers. `None` outside of the picture, of identities, or if
+    /// the plane was not asked for.
     #[must_use]
     pub fn plane_pixel(&self, aov: Aov, x: u32, y: u32) -> Option<&[f32]> {
         let pixel = position(self.width, self.height, x, y)?;
         let first = pixel.checked_mul(aov.channels())?;
         self.plane(aov)?.data.get(first..)?.get(..aov.channels())
+    }
+
+    /// Identity of a plane in column x of row y, 0 where no surface is. `None` outside of the picture, of quantities, or if
+    /// the plane was not asked for.
+    #[must_use]
+    pub fn id(&self, aov: Aov, x: u32, y: u32) -> Option<u32> {
+        self.plane(aov)?.ids.get(position(self.width, self.height, x, y)?).copied()
     }
 
     /// XXH3-128 over width, height (u32), the pixels (f32 RGBA, premultiplied) and the transmittance (f32 RGB), all
@@ -312,13 +405,19 @@ mod tests {
     #[test]
     fn pixels_and_planes_are_found_where_they_are_and_nowhere_else() {
         let pixels: Vec<[f32; 4]> = (0..6).map(|k| [k as f32; 4]).collect();
-        let uv = AovPlane { aov: Aov::Uv, data: (0..12).map(|k| k as f32).collect() };
-        let mut frame = Frame { width: 3, height: 2, pixels, transmittance: Vec::new(), aovs: vec![uv] };
+        let uv = AovPlane { aov: Aov::Uv, data: (0..12).map(|k| k as f32).collect(), ids: Vec::new() };
+        let object = AovPlane { aov: Aov::ObjectId, data: Vec::new(), ids: (1 << 24..).take(6).collect() };
+        let aovs = vec![uv, object];
+        let mut frame = Frame { width: 3, height: 2, pixels, transmittance: Vec::new(), aovs };
         assert_eq!((frame.pixel(0, 0), frame.pixel(2, 1)), (Some([0.0; 4]), Some([5.0; 4])));
         assert_eq!(frame.rows().map(|row| row[0][0]).collect::<Vec<_>>(), [0.0, 3.0]);
         assert_eq!(frame.plane_pixel(Aov::Uv, 1, 1), Some(&[8.0, 9.0][..]));
         assert_eq!(frame.plane(Aov::Uv).map(|plane| plane.data.len()), Some(12));
         assert!(frame.plane(Aov::Depth).is_none() && frame.plane_pixel(Aov::Depth, 0, 0).is_none());
+        // Whole numbers beyond those that single precision has.
+        assert_eq!(frame.id(Aov::ObjectId, 2, 1), Some((1 << 24) + 5));
+        assert_eq!((frame.id(Aov::Uv, 0, 0), frame.plane_pixel(Aov::ObjectId, 0, 0)), (None, None));
+        assert_eq!((frame.id(Aov::ObjectId, 3, 0), frame.id(Aov::MaterialId, 0, 0)), (None, None));
         for (x, y) in [(3, 0), (0, 2), (u32::MAX, u32::MAX)] {
             assert_eq!(frame.pixel(x, y), None);
             assert_eq!(frame.plane_pixel(Aov::Uv, x, y), None);

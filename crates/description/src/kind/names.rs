@@ -5,6 +5,7 @@ use super::vectors::vector;
 use crate::camera::ViewDirection;
 use crate::value::Value;
 use overcoat_core::color::ToneCurve;
+use overcoat_core::frame::PlaneSample;
 use overcoat_core::suggest::{nearest_name, suggestion};
 use overcoat_render::{Edges, Quality};
 use overcoat_scene::{AreaLightMethod, Axis, ShadingModel};
@@ -64,6 +65,16 @@ impl Named for Quality {
 
 impl Named for Edges {
     const EXPECTED: &'static str = "none, creases or boundary";
+    fn all() -> &'static [Self] {
+        Self::ALL
+    }
+    fn name(self) -> &'static str {
+        Self::name(self)
+    }
+}
+
+impl Named for PlaneSample {
+    const EXPECTED: &'static str = "center or nearest";
     fn all() -> &'static [Self] {
         Self::ALL
     }

@@ -114,7 +114,7 @@ mod tests {
     fn every_channel_of_every_layer_is_there_as_it_was_written() {
         let pixels: Vec<[f32; 4]> = (0..35).map(|k| [k as f32, 0.5, -1.0, 1.0]).collect();
         let depth: Vec<f32> = (0..35).map(|k| 1.0 / (1.0 + k as f32)).collect();
-        let aovs = vec![AovPlane { aov: Aov::Depth, data: depth.clone() }];
+        let aovs = vec![AovPlane { aov: Aov::Depth, data: depth.clone(), ids: Vec::new() }];
         let frame = Frame { width: 7, height: 5, pixels, transmittance: Vec::new(), aovs };
         let picture =
             read_exr_planes(&encode_exr(&frame, ExrPrecision::Float).unwrap(), &Limits::default()).unwrap();

@@ -396,7 +396,7 @@ mod tests {
     #[test]
     fn linear_pictures_with_their_other_channels() {
         let pixels = vec![[0.25, 3.0, -1.0, 0.5]; 4];
-        let aovs = vec![AovPlane { aov: Aov::Depth, data: vec![1.0, 2.0, 3.0, 4.0] }];
+        let aovs = vec![AovPlane { aov: Aov::Depth, data: vec![1.0, 2.0, 3.0, 4.0], ids: Vec::new() }];
         let frame = Frame { width: 2, height: 2, pixels, transmittance: Vec::new(), aovs };
         for (precision, kind) in
             [(ExrPrecision::Half, SampleKind::Half), (ExrPrecision::Float, SampleKind::Float)]

@@ -1,15 +1,17 @@
-//! G-buffer planes as pictures to look at. For exact numbers there is OpenEXR.
+//! G-buffer planes as pictures to look at, and masks of identities. For exact numbers there is OpenEXR.
 
+use super::png::encode_png_gray16;
 use super::{OutputError, OutputFormat, check_size, encode_png_rgb};
 use overcoat_core::color::srgb::linear_to_srgb8;
 use overcoat_core::frame::{Aov, AovPlane, Frame};
 
-/// One G-buffer plane of the frame as an opaque 8-bit RGB PNG; black where no surface is.
+/// One G-buffer plane of the frame as an opaque 8-bit RGB PNG; black where no surface is. Identities are a 16-bit grey PNG of
+/// their numbers, as masks of data sets are.
 ///
 /// | plane | picture |
 /// |---|---|
 /// | depth | 1 (nearest) to 0.1 (farthest surface of the picture), linear in depth, grey |
-/// | normal, coat-normal, bent-normal, tangent | xyz * 0.5 + 0.5 as RGB |
+/// | normal, camera-normal, coat-normal, bent-normal, tangent | xyz * 0.5 + 0.5 as RGB |
 /// | anisotropy | -1 black to 1 white |
 /// | base-color, specular-color, emissive, coat-color, sheen-color | sRGB, tagged as such |
 /// | roughness, metallic, occlusion, sheen-roughness, specular-occlusion, coverage, ground | 0 to 1, grey |
@@ -19,18 +21,35 @@ use overcoat_core::frame::{Aov, AovPlane, Frame};
 /// | iridescence, subsurface | mask in red, thickness t in green as t / (t + 500 nm) or t / (t + 1 mm) |
 /// | coat-thickness | thickness t as t / (1 + t), grey |
 /// | position | the fractions of x, y, z in metres as RGB |
-/// | material-id, object-id | a colour for each number, neighbours far apart |
+/// | material-id, object-id, instance-id | the number itself, 16 bits |
 /// | uv | u - floor(u) in red, v - floor(v) in green |
 ///
 /// # Errors
-/// [`OutputError::Encode`] if the frame was rendered without that plane.
+/// [`OutputError::Encode`] if the frame was rendered without that plane, or an identity is above 65535: OpenEXR has 32 bits.
 pub fn encode_aov_png(frame: &Frame, aov: Aov) -> Result<Vec<u8>, OutputError> {
     check_size(frame, OutputFormat::Png)?;
     let plane = frame.plane(aov).ok_or_else(|| OutputError::Encode {
         format: OutputFormat::Png,
         reason: format!("the frame has no plane {}", aov.name()),
     })?;
+    if aov.is_identity() {
+        return encode_png_gray16(frame.width, frame.height, &mask(plane)?);
+    }
     encode_png_rgb(frame.width, frame.height, &picture(plane), is_color(aov))
+}
+
+/// Identities of 16 bits.
+fn mask(plane: &AovPlane) -> Result<Vec<u16>, OutputError> {
+    let narrow = |&id: &u32| {
+        u16::try_from(id).map_err(|_| OutputError::Encode {
+            format: OutputFormat::Png,
+            reason: format!(
+                "number {id} of plane {}: a PNG holds up to 65535; .exr has 32 bits",
+                plane.aov.name()
+            ),
+        })
+    };
+    plane.ids.iter().map(narrow).collect()
 }
 
 /// True for linear colours.
@@ -50,9 +69,10 @@ fn picture(plane: &AovPlane) -> Vec<[u8; 3]> {
             (Aov::Depth, &[z]) => {
                 [byte(if far > near { 1.0 - 0.9 * ((z - near) / (far - near)) } else { 1.0 }); 3]
             }
-            (Aov::Normal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent, &[x, y, z]) => {
-                [x, y, z].map(|v| byte(v * 0.5 + 0.5))
-            }
+            (
+                Aov::Normal | Aov::CameraNormal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent,
+                &[x, y, z],
+            ) => [x, y, z].map(|v| byte(v * 0.5 + 0.5)),
             (aov, &[r, g, b]) if is_color(aov) => [r, g, b].map(linear_to_srgb8),
             (Aov::SecondLobe | Aov::Visibility, &[a, b, c]) => [a, b, c].map(byte),
             (Aov::Position, &[x, y, z]) => [x, y, z].map(|v| byte(v - v.floor())),
@@ -62,7 +82,6 @@ fn picture(plane: &AovPlane) -> Vec<[u8; 3]> {
             (Aov::CoatThickness, &[t]) => [byte(t / (t + 1.0)); 3],
             (Aov::Coat, &[mask, roughness]) => [byte(mask), byte(roughness), 0],
             (Aov::Uv, &[u, v]) => [byte(u - u.floor()), byte(v - v.floor()), 0],
-            (Aov::MaterialId | Aov::ObjectId, &[id]) => id_color(id as u32),
             (_, p) => [byte(p.first().copied().unwrap_or(0.0)); 3],
         }
     };
@@ -82,27 +101,12 @@ fn range_above_zero(data: &[f32]) -> [f32; 2] {
     })
 }
 
-/// Hues a golden section of the circle apart, at three brightnesses.
-fn id_color(id: u32) -> [u8; 3] {
-    // The fraction of id * golden ratio, in 32 bits.
-    let hue = id.wrapping_mul(0x9e37_79b9);
-    let sixth = f64::from(hue) * (6.0 / 4_294_967_296.0);
-    let value = [1.0, 0.75, 0.5][(id / 7 % 3) as usize];
-    [0.0, 4.0, 2.0].map(|shift: f64| {
-        let h = (sixth + shift) % 6.0;
-        let ramp = ((h - 3.0).abs() - 1.0).clamp(0.0, 1.0);
-        // Never black: that stands for nothing.
-        (255.0 * value * (0.15 + 0.85 * ramp) + 0.5) as u8
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
 
     fn map(aov: Aov, data: &[f32]) -> Vec<[u8; 3]> {
-        picture(&AovPlane { aov, data: data.to_vec() })
+        picture(&AovPlane { aov, data: data.to_vec(), ids: Vec::new() })
     }
 
     #[test]
@@ -117,16 +121,23 @@ mod tests {
     }
 
     #[test]
-    fn ids_have_colours_of_their_own() {
-        let ids: Vec<f32> = (1..=64).map(|k| k as f32).collect();
-        let colors = map(Aov::ObjectId, &ids);
-        assert_eq!(colors.iter().collect::<BTreeSet<_>>().len(), 64);
-        assert!(colors.iter().all(|c| c.iter().any(|&v| v > 100)));
-        // Neighbours differ clearly.
-        for pair in colors.windows(2) {
-            let distance: i32 = (0..3).map(|k| (i32::from(pair[0][k]) - i32::from(pair[1][k])).abs()).sum();
-            assert!(distance > 100, "{pair:?}");
-        }
+    fn masks_hold_their_numbers_as_far_as_these_fit() {
+        let frame = |ids: Vec<u32>| Frame {
+            width: 2,
+            height: 1,
+            pixels: vec![[0.0; 4]; 2],
+            transmittance: Vec::new(),
+            aovs: vec![AovPlane { aov: Aov::ObjectId, data: Vec::new(), ids }],
+        };
+        let bytes = encode_aov_png(&frame(vec![0x0102, 65535]), Aov::ObjectId).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut out = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut out).unwrap();
+        assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Grayscale, png::BitDepth::Sixteen));
+        assert_eq!(out, [1, 2, 255, 255]);
+        let message = encode_aov_png(&frame(vec![1, 65536]), Aov::ObjectId).unwrap_err().to_string();
+        assert!(message.contains("65536") && message.contains("object-id"), "{message}");
+        assert!(encode_aov_png(&frame(vec![1]), Aov::ObjectId).is_err());
     }
 
     #[test]

@@ -14,8 +14,8 @@ use std::io::Cursor;
 /// blue light in AR, AG, AB where glass may tint what is behind the picture (the format's names for a coloured matte:
 /// "OpenEXR File Layout", predefined channels; 1 - [`Frame::transmittance`]), every G-buffer plane
 /// of the frame as a layer of 32-bit floats: `depth.Z`, `normal.X` `.Y` `.Z`, `coat-normal.X` `.Y` `.Z`,
-/// `base-color.R` `.G` `.B`, `roughness.Y`, `metallic.Y`, `coat.mask`, `coat.roughness`, `material-id.Y`,
-/// `object-id.Y`, `uv.U` `.V`, `coverage.Y`.
+/// `base-color.R` `.G` `.B`, `roughness.Y`, `metallic.Y`, `coat.mask`, `coat.roughness`, `uv.U` `.V`, `coverage.Y`. Identities are
+/// 32-bit unsigned integers: `material-id.Y`, `object-id.Y`, `instance-id.Y`.
 ///
 /// # Errors
 /// [`OutputError::Encode`] if a side is 0 or a plane does not have the frame's size.
@@ -44,7 +44,11 @@ pub fn encode_exr(frame: &Frame, precision: ExrPrecision) -> Result<Vec<u8>, Out
     for plane in &frame.aovs {
         for (c, suffix) in channel_names(plane.aov).iter().enumerate() {
             let name = format!("{}.{suffix}", plane.aov.name());
-            channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(component(plane, c))));
+            let samples = match plane.aov.is_identity() {
+                true => FlatSamples::U32(plane.ids.clone()),
+                false => FlatSamples::F32(component(plane, c)),
+            };
+            channels.push(AnyChannel::new(name.as_str(), samples));
         }
     }
     let encoding = Encoding {
@@ -115,7 +119,12 @@ fn component(plane: &AovPlane, c: usize) -> Vec<f32> {
 fn channel_names(aov: Aov) -> &'static [&'static str] {
     match aov {
         Aov::Depth => &["Z"],
-        Aov::Position | Aov::Normal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent => &["X", "Y", "Z"],
+        Aov::Position
+        | Aov::Normal
+        | Aov::CameraNormal
+        | Aov::CoatNormal
+        | Aov::BentNormal
+        | Aov::Tangent => &["X", "Y", "Z"],
         Aov::BaseColor
         | Aov::SpecularColor
         | Aov::Emissive
@@ -140,15 +149,14 @@ mod tests {
         let pixels = (0..width * height)
             .map(|k| [k as f32 * 0.125, 70000.0 * (k % 2) as f32, 0.1, (k % 9) as f32 / 8.0])
             .collect();
-        let aovs = aovs
-            .iter()
-            .map(|&aov| AovPlane {
-                aov,
-                data: (0..width as usize * height as usize * aov.channels())
-                    .map(|k| k as f32 * 0.7)
-                    .collect(),
-            })
-            .collect();
+        let plane = |&aov: &Aov| {
+            let mut plane = AovPlane::empty(aov, width as usize * height as usize);
+            plane.data.iter_mut().enumerate().for_each(|(k, v)| *v = k as f32 * 0.7);
+            // Beyond the whole numbers of single precision.
+            plane.ids.iter_mut().zip((1 << 24)..).for_each(|(id, number)| *id = number);
+            plane
+        };
+        let aovs = aovs.iter().map(plane).collect();
         Frame { width, height, pixels, transmittance: Vec::new(), aovs }
     }
 
@@ -210,7 +218,13 @@ mod tests {
             assert_eq!(names.len(), plane.aov.channels(), "{}", plane.aov.name());
             for (c, suffix) in names.iter().enumerate() {
                 let name = format!("{}.{suffix}", plane.aov.name());
-                assert_eq!(samples(&image, &name), component(plane, c), "{name}");
+                if plane.aov.is_identity() {
+                    let list = &image.layer_data[0].channel_data.list;
+                    let channel = list.iter().find(|channel| channel.name.eq(name.as_str())).unwrap();
+                    assert_eq!(channel.sample_data, FlatSamples::U32(plane.ids.clone()), "{name}");
+                } else {
+                    assert_eq!(samples(&image, &name), component(plane, c), "{name}");
+                }
             }
         }
     }

@@ -261,8 +261,8 @@ fn check_size(frame: &Frame, format: OutputFormat) -> Result<(), OutputError> {
             frame.transmittance.len()
         ));
     }
-    match frame.aovs.iter().find(|plane| plane.data.len() != pixels * plane.aov.channels()) {
-        Some(plane) => wrong(format!("{} numbers in plane {}", plane.data.len(), plane.aov.name())),
+    match frame.aovs.iter().find(|plane| plane.len() != pixels * plane.aov.channels()) {
+        Some(plane) => wrong(format!("{} numbers in plane {}", plane.len(), plane.aov.name())),
         None => Ok(()),
     }
 }

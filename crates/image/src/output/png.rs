@@ -1,4 +1,4 @@
-//! PNG, 8 bits a channel.
+//! PNG, 8 bits a channel, and masks of 16.
 
 use super::{DisplayImage, OutputError, OutputFormat};
 use png::{BitDepth, ColorType, Compression, Encoder, Filter, SrgbRenderingIntent};
@@ -39,6 +39,16 @@ pub fn encode_png_rgb(
     encode(width, height, ColorType::Rgb, is_srgb, pixels.as_flattened())
 }
 
+/// A PNG file of grey numbers of 16 bits, row by row from the top, without a tag.
+///
+/// # Errors
+/// As [`encode_png_rgb`].
+pub(super) fn encode_png_gray16(width: u32, height: u32, pixels: &[u16]) -> Result<Vec<u8>, OutputError> {
+    // PNG is big-endian: section 7.1 of its specification.
+    let bytes: Vec<u8> = pixels.iter().flat_map(|number| number.to_be_bytes()).collect();
+    write([width, height], (ColorType::Grayscale, BitDepth::Sixteen), Filter::Up, false, &bytes)
+}
+
 fn encode(
     width: u32,
     height: u32,
@@ -46,12 +56,22 @@ fn encode(
     is_srgb: bool,
     data: &[u8],
 ) -> Result<Vec<u8>, OutputError> {
+    write([width, height], (color, BitDepth::Eight), FILTER, is_srgb, data)
+}
+
+fn write(
+    [width, height]: [u32; 2],
+    (color, depth): (ColorType, BitDepth),
+    filter: Filter,
+    is_srgb: bool,
+    data: &[u8],
+) -> Result<Vec<u8>, OutputError> {
     let mut bytes = Vec::with_capacity(data.len() / 2 + 1024);
     let mut encoder = Encoder::new(&mut bytes, width, height);
     encoder.set_color(color);
-    encoder.set_depth(BitDepth::Eight);
+    encoder.set_depth(depth);
     encoder.set_compression(Compression::Fast);
-    encoder.set_filter(FILTER);
+    encoder.set_filter(filter);
     if is_srgb {
         encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     }

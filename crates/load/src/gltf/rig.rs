@@ -277,10 +277,16 @@ impl Rig {
                     };
                     let instance = Instance::new(mesh, material, transform).with_object(node as u32);
                     scene.add_instance(instance).map_err(fail)?;
+                    scene.name_object(node as u32, self.name_of(node));
                 }
             }
         }
         Ok(())
+    }
+
+    /// Name of a node; empty if it has none.
+    fn name_of(&self, node: usize) -> &str {
+        self.root.nodes.get(node).and_then(|node| node.name.as_deref()).unwrap_or_default()
     }
 
     /// Adds the clouds of splats.
@@ -298,6 +304,7 @@ impl Rig {
                 for &cloud in drawn.splats.iter().filter_map(|&k| ids.get(k)) {
                     let instance = SplatInstance::new(cloud, placed).with_object(node as u32);
                     scene.add_splat_instance(instance).map_err(fail)?;
+                    scene.name_object(node as u32, self.name_of(node));
                 }
             }
         }

@@ -106,6 +106,7 @@ fn load_in(
     let (of_meshes, of_strokes) = materials.split_at_checked(meshes.keys.len()).unwrap_or_default();
     meshes.add_to(&mut scene, assembled, of_meshes)?;
     let lost = strokes.add_to(&mut scene, &obj, of_strokes, context)?;
+    obj.objects.iter().for_each(|(object, name)| scene.name_object(*object, name));
     if lost > 0 {
         let lost = counted(lost, "point or line");
         warnings.add(|| format!("OBJ: {lost} left out: positions missing, not finite or beyond 1e15"));
@@ -376,6 +377,7 @@ mod tests {
         let loaded = load_files(text, &[]).unwrap();
         let objects: Vec<u32> = loaded.scene.instances().iter().map(|i| i.object).collect();
         assert_eq!(objects, [0, 1, 1]);
+        assert_eq!([0, 1, 2].map(|object| loaded.scene.object_name(object)), [Some("a"), Some("b"), None]);
         let (a, b) = (&loaded.scene.meshes()[0], &loaded.scene.meshes()[1]);
         assert_eq!(a.normals()[1], b.normals()[0]);
         assert!(a.normals()[1][0] < -0.1 && a.normals()[0][0] > -1e-6);

@@ -61,6 +61,8 @@ pub(super) struct Obj {
     pub(super) stroke_corners: Vec<Corner>,
     /// Some point has a normal.
     pub(super) has_point_normals: bool,
+    /// Names of objects, after `o` or `g`, by their numbers.
+    pub(super) objects: BTreeMap<u32, String>,
     /// Names after `usemtl` in the order of their first use.
     pub(super) materials: Vec<String>,
     /// Arguments of each `mtllib`, in order, without repetitions.
@@ -83,7 +85,9 @@ impl Obj {
             .saturating_add(size_of_val(&self.normals[..]))
             .saturating_add(size_of_val(&self.corners[..]))
             .saturating_add(size_of_val(&self.sizes[..]))
-            .saturating_add(size_of_val(&self.stroke_corners[..]));
+            .saturating_add(size_of_val(&self.stroke_corners[..]))
+            // Names beside their text, which is in the file.
+            .saturating_add(self.objects.len().saturating_mul(size_of::<(u32, String)>()));
         Limits::check(|| "OBJ: lists".to_owned(), bytes as u64, limits.decoded_bytes, "decoded_bytes")
     }
 
@@ -518,6 +522,8 @@ impl<'a> Parser<'a> {
             self.state.objects = self.state.objects.saturating_add(1);
             self.state.used = false;
         }
+        let name = self.name();
+        self.obj.objects.insert(self.state.objects, name);
     }
 }
 

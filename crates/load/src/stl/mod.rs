@@ -420,6 +420,7 @@ impl<'a> Reader<'a> {
             };
             plain = plain.or(shared.then_some(id));
             add_object(&mut scene, &element, solid.mesh, id, k as u32)?;
+            scene.name_object(k as u32, &solid.name);
         }
         Ok(finish(scene, self.warnings))
     }

@@ -175,6 +175,7 @@ impl Builder<'_> {
         let Some(mesh) = mesh else { return Ok(()) };
         let object = self.scene.instances().len() as u32;
         add_placed(&mut self.scene, &element(prim), mesh, material, state.transform, object)?;
+        self.scene.name_object(object, &prim.path);
         let limit = self.stage.files.context.limits.triangles;
         let count = self.scene.triangle_count();
         Limits::check(|| "the model's triangles".to_owned(), count, limit, "triangles")?;

@@ -19,6 +19,8 @@ pub struct Draw<'a> {
     pub material: u32,
     /// Number of the object.
     pub object: u32,
+    /// Number of the instance among those of the scene.
+    pub instance: u32,
     /// Object to world space for positions, row by row.
     pub position_matrix: [[f32; 4]; 3],
     /// Object to world space for normals; keeps lengths where the transform scales uniformly.
@@ -314,6 +316,14 @@ impl VertexLanes {
     #[must_use]
     pub fn draw(&self, lane: usize) -> u32 {
         self.draws[if self.one_draw { 0 } else { lane }]
+    }
+
+    /// Vertices of the triangle of a lane, in the order of the mesh.
+    #[must_use]
+    pub fn corners(&self, lane: usize) -> [u32; 3] {
+        let begun = u32::from(self.starts) & ((2 << lane) - 1);
+        let start = begun.checked_ilog2().unwrap_or(0) as usize;
+        self.vertices[start % LANES]
     }
 
     /// The only draw, or those of all lanes.

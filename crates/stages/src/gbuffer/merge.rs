@@ -192,6 +192,7 @@ mod tests {
             mesh: &mesh,
             material: 0,
             object: 0,
+            instance: 0,
             position_matrix: [[0.0; 4]; 3],
             normal_matrix: identity,
             tangent_matrix: identity,

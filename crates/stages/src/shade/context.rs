@@ -29,6 +29,14 @@ pub struct ViewRays {
 }
 
 impl ViewRays {
+    /// A direction of the world, of three numbers, in the camera's space: +x right, +y up, +z towards the viewer.
+    pub fn to_camera(&self, direction: &mut [f32]) {
+        let [wide, high] = self.pixel_squares().map(f32::sqrt);
+        let along = |axis: [f32; 3]| axis.iter().zip(&*direction).fold(0.0, |sum, (a, b)| sum + a * b);
+        let turned = [along(self.right) / wide, -along(self.down) / high, -along(self.forward)];
+        direction.iter_mut().zip(turned).for_each(|(v, turned)| *v = turned);
+    }
+
     /// The ray of unit depth through a place on the screen: where it starts, and its direction (not normalised).
     #[inline(always)]
     pub fn ray<L: Lanes>(&self, l: L, screen: [L::F; 2]) -> (V3<L>, V3<L>) {

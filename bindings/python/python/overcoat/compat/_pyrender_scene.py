@@ -83,6 +83,7 @@ class _Converter:
             pose = matrix("pose", self.scene.get_pose(node))
             for primitive in node.mesh.primitives:
                 self._place(primitive, pose, len(nodes))
+            self.builder.name_object(len(nodes), str(node.name or ""))
             nodes.append(node)
         if not self.drawing.is_flat and not self.drawing.plain:
             for node in self.scene.light_nodes:
