@@ -7,6 +7,10 @@ use std::collections::BTreeSet;
 /// Longest line of a chapter, but for tables and pictures, which cannot be broken.
 const COLUMNS: usize = 110;
 
+/// Chapters with listings that other tests hold: of the service and its tools, and scripts.
+const HELD_ELSEWHERE: [&str; 4] =
+    ["docs/src/agents.md", "docs/src/cost.md", "docs/src/recipes.md", "docs/src/service.md"];
+
 #[test]
 fn every_chapter_is_in_the_list() {
     let summary = Page::read("docs/src/SUMMARY.md");
@@ -102,7 +106,7 @@ fn check_thresholds(text: &str) {
 fn listings_are_what_they_seem() {
     let examples = examples();
     let mut seen = BTreeSet::new();
-    for page in manual() {
+    for page in manual().into_iter().filter(|page| !HELD_ELSEWHERE.contains(&&page.path[..])) {
         for Block { language, lines } in page.blocks() {
             let text = lines.join("\n");
             match &language[..] {
@@ -153,7 +157,7 @@ fn is_possible(command: &str, packages: &BTreeSet<String>) -> bool {
 fn commands_of_other_programs_are_possible() {
     let packages = packages();
     let mut tried = 0;
-    for page in manual() {
+    for page in manual().into_iter().filter(|page| page.path != "docs/src/recipes.md") {
         let mut lines = page.commands();
         lines.retain(|line| !line.starts_with("overcoat "));
         let is_command =

@@ -58,6 +58,10 @@ impl Clusters {
         let full = self.most.saturating_mul(TRIANGLES);
         if self.triangles.len() > full {
             self.drop_equal();
+            // Soon there would be too many again.
+            if self.triangles.len() > self.most.saturating_mul(TRIANGLES / 2) && self.cells > 0 {
+                self.halve();
+            }
         }
         let is_full = self.table.len() > self.most || self.triangles.len() > full;
         if is_full && self.cells > 0 {
@@ -80,10 +84,6 @@ impl Clusters {
         }
         self.triangles.sort_unstable();
         self.triangles.dedup();
-        // Soon there would be too many again.
-        if self.triangles.len() > self.most.saturating_mul(TRIANGLES / 2) && self.cells > 0 {
-            self.halve();
-        }
     }
 
     /// The cluster of a position.
@@ -140,7 +140,8 @@ impl Clusters {
     }
 
     /// The mesh of the clusters that triangles have, about an origin.
-    pub(super) fn finish(self, origin: [f64; 3]) -> MeshData {
+    pub(super) fn finish(mut self, origin: [f64; 3]) -> MeshData {
+        self.drop_equal();
         let Self { low, scale, members, mut triangles, .. } = self;
         let unused = u32::MAX;
         let mut numbers = vec![unused; members.len()];
