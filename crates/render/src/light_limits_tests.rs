@@ -88,13 +88,14 @@ fn meshes_at_several_places_take_little_memory() {
     assert!(2 * shared < copies, "{shared} {copies}");
 }
 
-/// Rays become fewer where they would pass the limit of shading, the same whatever the threads and tiles, and as if so many had
-/// been asked for.
+/// Rays become fewer where they would pass the limit of shading, the same whatever the threads and tiles and whatever was drawn
+/// before, and as if so many had been asked for.
 #[test]
 fn rays_are_as_many_as_fit() {
     let scene = balls(true);
     let options = options().with_visibility(Visibility::new(16, 64, 64));
     let mut seen = Vec::new();
+    let mut kept = Renderer::new(2);
     for shading in [1 << 13, 100, 60, 30, 15] {
         let limits = Limits::default().with_shading(shading);
         let options = options.clone().with_limits(limits.clone());
@@ -102,6 +103,10 @@ fn rays_are_as_many_as_fit() {
         for (threads, tile) in [(1, Some(16)), (3, Some(64))] {
             let other = draw(&scene, &options.clone().with_tile_size(tile), threads);
             assert!(other.frame == frame && other.stats.reduced_light == stats.reduced_light, "{shading}");
+        }
+        for _ in 0..2 {
+            let again = kept.render(&scene, &camera(), &options).unwrap();
+            assert!(again.frame == frame && again.stats.reduced_light == stats.reduced_light, "{shading}");
         }
         let Some(light) = stats.reduced_light else {
             seen.push(64);

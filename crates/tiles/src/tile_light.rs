@@ -68,6 +68,8 @@ impl TileLight {
         (batch, planes): (&mut Batch, &mut SurfacePlanes),
         out: &mut TracedTile,
     ) -> bool {
+        // Rays of earlier pictures cost this one nothing.
+        self.trace.forget();
         self.list(&input.fragments[..input.opaque]);
         out.start(self.whole.len(), input.tile.size);
         self.list_receivers(pass, order, input);

@@ -44,8 +44,8 @@ pub struct Traversal {
 }
 
 impl Traversal {
-    /// Number of nodes and leaves visited since the last call, those of meshes that are kept once several times: a measure of work that depends on nothing but rays and
-    /// triangles.
+    /// Number of nodes and leaves visited since the last call, those of meshes that are kept once several times: a measure of work that
+    /// depends on nothing but rays and triangles.
     pub fn take_visited(&mut self) -> u64 {
         std::mem::take(&mut self.visited)
     }

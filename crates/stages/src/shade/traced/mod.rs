@@ -90,17 +90,20 @@ impl TraceScratch {
         self.hits.len()
     }
 
-    /// Cost of the rays that were sent since the last call, and of shading what they hit, which is left unshaded for good.
+    /// Cost of the rays that were sent since it was last begun or told, and of shading what they hit, which is left unshaded for
+    /// good.
     pub fn take_cost(&mut self, hierarchy: &Hierarchy, costs: &[ShadingCost]) -> u64 {
         let of_hit = |hit: &RayHit| costs.get(hit.material as usize).map_or(0, |cost| cost.hit);
         let hits: u64 = self.hits.iter().map(of_hit).sum();
+        let visited = self.traversal.take_visited();
         self.forget();
-        ShadingCost::of_visits(self.traversal.take_visited(), hierarchy.bytes()).saturating_add(hits)
+        ShadingCost::of_visits(visited, hierarchy.bytes()).saturating_add(hits)
     }
 
-    /// Leaves hits that wait unshaded, for good.
+    /// Begins anew: leaves hits that wait unshaded, for good, and what rays have cost so far.
     pub fn forget(&mut self) {
         self.hits.clear();
+        self.traversal.take_visited();
     }
 }
 
