@@ -57,7 +57,7 @@ pub struct TracedDraw {
     pub draw: u32,
     /// Number of its first triangle.
     pub first: u32,
-    /// Place of that in [`TracedLight::corners`], if it is there.
+    /// Place of that in the corners of the traced scene, if it is there.
     pub listed: u32,
     /// Rows of its transform if its mesh is kept once, at several places.
     pub rows: Option<[[f64; 4]; 3]>,
