@@ -234,10 +234,7 @@ fn annotations_count_and_enclose_what_is_visible_and_what_is_hidden() {
 #[test]
 fn boxes_end_where_the_near_and_the_far_limit_cut() {
     // A strip along the view, from behind the camera to far away, one metre below.
-    let data = MeshData::default().with(|d| {
-        d.positions = vec![[-1.0, -1.0, 9.0], [1.0, -1.0, 9.0], [0.0, -1.0, -100.0]];
-        d.triangles = vec![[0, 1, 2]];
-    });
+    let data = MeshData::new(vec![[-1.0, -1.0, 9.0], [1.0, -1.0, 9.0], [0.0, -1.0, -100.0]], vec![[0, 1, 2]]);
     let scene = scene_of(&[(Mesh::new(data).unwrap(), [0.0; 3])]);
     let look = Camera::look_at([0.0, 0.0, 5.0], [0.0, 0.0, 0.0], UP).unwrap();
     let camera = look.near_from(2.0).unwrap().far_to(20.0).unwrap();

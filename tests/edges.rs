@@ -36,20 +36,14 @@ fn cube() -> MeshData {
     };
     let triangles = soup.triangles().iter().map(|face| face.map(|v| shared(soup.positions()[v as usize])));
     let triangles = triangles.collect();
-    MeshData::default().with(|d| {
-        d.positions = positions;
-        d.triangles = triangles;
-    })
+    MeshData::new(positions, triangles)
 }
 
 /// The same with vertices of its own for each triangle.
 fn soup(data: &MeshData) -> MeshData {
     let positions: Vec<_> = data.triangles.iter().flatten().map(|&v| data.positions[v as usize]).collect();
     let triangles = (0..data.triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
-    MeshData::default().with(|d| {
-        d.positions = positions;
-        d.triangles = triangles;
-    })
+    MeshData::new(positions, triangles)
 }
 
 fn cameras() -> [Camera; 2] {

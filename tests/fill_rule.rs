@@ -334,10 +334,7 @@ mod vulkan {
     /// Quads that cover the picture together or overlap nowhere, as triangles of the given corner lists.
     fn quad(corners: [[f32; 3]; 4], reversed: bool) -> MeshData {
         let triangles = if reversed { vec![[0, 1, 2], [3, 2, 0]] } else { vec![[0, 1, 2], [2, 3, 0]] };
-        MeshData::default().with(|d| {
-            d.positions = corners.to_vec();
-            d.triangles = triangles;
-        })
+        MeshData::new(corners.to_vec(), triangles)
     }
 
     fn assert_once(data: MeshData, camera: &Camera, all: bool) {

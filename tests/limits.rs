@@ -282,15 +282,7 @@ fn pile(count: u32) -> (Scene, Camera) {
     };
     let positions = (0..count).flat_map(corners).collect();
     let triangles = (0..count).map(|k| [3 * k, 3 * k + 2, 3 * k + 1]).collect();
-    let mesh = scene
-        .add_mesh(
-            Mesh::new(MeshData::default().with(|d| {
-                d.positions = positions;
-                d.triangles = triangles;
-            }))
-            .unwrap(),
-        )
-        .unwrap();
+    let mesh = scene.add_mesh(Mesh::new(MeshData::new(positions, triangles)).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(1)).unwrap();
     let camera = Framing::default().camera(&scene);
@@ -349,15 +341,7 @@ fn a_fan_of_fifty_thousand_has_its_shadow() {
     }));
     let triangles = (0..count).map(|k| [0, 1 + (k + 1) % count, 1 + k]).collect();
     let mut scene = Scene::new();
-    let mesh = scene
-        .add_mesh(
-            Mesh::new(MeshData::default().with(|d| {
-                d.positions = positions;
-                d.triangles = triangles;
-            }))
-            .unwrap(),
-        )
-        .unwrap();
+    let mesh = scene.add_mesh(Mesh::new(MeshData::new(positions, triangles)).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(1)).unwrap();
     let camera = Framing::automatic(&scene).camera(&scene);

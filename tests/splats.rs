@@ -200,10 +200,7 @@ fn harmonics_are_those_of_the_direction_from_the_camera() {
 /// A square of side 2 at a depth.
 fn sheet(scene: &mut Scene, z: f32, material: Material) {
     let positions = vec![[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]];
-    let data = MeshData::default().with(|d| {
-        d.positions = positions;
-        d.triangles = vec![[0, 1, 2], [0, 2, 3]];
-    });
+    let data = MeshData::new(positions, vec![[0, 1, 2], [0, 2, 3]]);
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(material.with(|m| m.unlit = true)).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY).with_object(2)).unwrap();

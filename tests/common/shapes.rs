@@ -98,10 +98,10 @@ pub fn cube() -> MeshData {
 /// A letter L in the XY plane facing +Z: has neither mirror nor turn symmetry.
 pub fn letter() -> MeshData {
     let outline = [[-0.6, -1.0], [0.6, -1.0], [0.6, -0.6], [-0.2, -0.6], [-0.2, 1.0], [-0.6, 1.0]];
-    let mut mesh = MeshData::default().with(|d| {
-        d.positions = outline.iter().map(|&[x, y]| [x, y, 0.0]).collect();
-        d.triangles = vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
-    });
+    let mut mesh = MeshData::new(
+        outline.iter().map(|&[x, y]| [x, y, 0.0]).collect(),
+        vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]],
+    );
     mesh.normals = vec![[0.0, 0.0, 1.0]; 6];
     mesh.tangents = vec![[1.0, 0.0, 0.0, 1.0]; 6];
     mesh.uvs[0] = outline.iter().map(|&[x, y]| [0.5 + 0.5 * x, 0.5 - 0.5 * y]).collect();

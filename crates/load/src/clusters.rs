@@ -159,10 +159,7 @@ impl Clusters {
             }
             *corner = *number;
         }
-        MeshData::default().with(|d| {
-            d.positions = positions;
-            d.triangles = triangles;
-        })
+        MeshData::new(positions, triangles)
     }
 }
 

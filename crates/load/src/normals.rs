@@ -410,19 +410,13 @@ mod tests {
         let positions = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|b| b as f32 * scale)).collect();
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-        MeshData::default().with(|d| {
-            d.positions = positions;
-            d.triangles = triangles;
-        })
+        MeshData::new(positions, triangles)
     }
 
     fn unshared(mesh: &MeshData) -> MeshData {
         let positions = mesh.triangles.as_flattened().iter().map(|&v| mesh.positions[v as usize]).collect();
         let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        MeshData::default().with(|d| {
-            d.positions = positions;
-            d.triangles = triangles;
-        })
+        MeshData::new(positions, triangles)
     }
 
     fn corner_normals(mesh: &MeshData) -> Vec<[f32; 3]> {

@@ -272,7 +272,7 @@ impl LazyImage {
         if lacking.is_empty() || self.is_lost() {
             return;
         }
-        // What is made of halves is never made of the whole.
+        // Images decoded at halves of their size never come from the whole one.
         if (self.image.get().is_none() || self.source.halvings() > 0)
             // Levels of a mask are made of the whole image, if that is kept.
             && (self.finest > 0 || !lacking.iter().any(|of| of.is_mask()))

@@ -10,10 +10,7 @@ use std::sync::Arc;
 
 fn triangle() -> Scene {
     let mut scene = Scene::new();
-    let data = MeshData::default().with(|d| {
-        d.positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        d.triangles = vec![[0, 1, 2]];
-    });
+    let data = MeshData::new(vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();

@@ -227,10 +227,10 @@ mod tests {
     #[test]
     fn a_fan_of_many_colours_takes_linear_time() {
         let count = 100_000_u32;
-        let mut mesh = MeshData::default().with(|d| {
-            d.positions = (0..count + 2).map(|k| [k as f32, 1.0, 0.0]).collect();
-            d.triangles = (0..count).map(|k| [0, k + 1, k + 2]).collect();
-        });
+        let mut mesh = MeshData::new(
+            (0..count + 2).map(|k| [k as f32, 1.0, 0.0]).collect(),
+            (0..count).map(|k| [0, k + 1, k + 2]).collect(),
+        );
         let codes = (0..count).map(|k| 0x8000 | k as u16);
         Colors::read(b"", codes).paint(&mut mesh);
         assert_eq!(mesh.colors.len(), mesh.positions.len());

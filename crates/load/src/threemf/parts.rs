@@ -119,10 +119,7 @@ impl Builder<'_> {
         let (mut drawn, triangles): (Vec<(u32, u32)>, Vec<[u32; 3]>) =
             source.triangles.iter().enumerate().filter_map(is_drawn).unzip();
         let lost = source.triangles.len().saturating_sub(drawn.len());
-        let mut whole = MeshData::default().with(|d| {
-            d.positions = source.positions.clone();
-            d.triangles = triangles;
-        });
+        let mut whole = MeshData::new(source.positions.clone(), triangles);
         // Before it is cut: a surface may be smooth across a change of colour.
         add_smooth_normals(&mut whole, CREASE_ANGLE, self.context.jobs);
         let unpainted = paint(&mut whole, &mut drawn, &looking);

@@ -406,7 +406,7 @@ fn levels_of_halves_are_their_rows() {
             let mut chain = Chain::new(&levels, bands, ColorSpace::Srgb, AlphaUse::Coverage, 3);
             let range = chain.halvings();
             assert_eq!(*range.start(), level.min(3));
-            // Of each size other texels, and rows of several in the order of a decoder.
+            // Texels differ from size to size; rows of several sizes come in the order of a decoder.
             for row in 1..=size[1] {
                 for halvings in range.clone().rev() {
                     if row.is_multiple_of(1 << halvings) && !chain.is_done() {

@@ -139,7 +139,7 @@ fn read_frame(segment: &[u8], progressive: bool) -> Option<Frame<'static>> {
     }
     let mut components = Vec::with_capacity(3);
     for &[id, factors, table] in rest.as_chunks::<3>().0 {
-        // Of a single component the factors say nothing.
+        // Sampling factors mean nothing with a single component (ITU-T T.81, A.2.2).
         let factors = if count == 1 { 0x11 } else { factors };
         let sampling = [factors >> 4, factors & 15].map(usize::from);
         components.push(Component { id, sampling, blocks: [0; 2], table, steps: [0.0; 64] });

@@ -68,10 +68,7 @@ fn instances_block_where_they_are() {
     }
     // Vertices that nothing uses do not make maps larger.
     let mut data = MeshData::clone(primitives::plane([2.0, 2.0]).unwrap().data());
-    data = MeshData::default().with(|d| {
-        d.positions = data.positions;
-        d.triangles = data.triangles;
-    });
+    data = MeshData::new(data.positions, data.triangles);
     data.positions.push([1e6; 3]);
     let mut scene = Scene::new();
     add(&mut scene, Mesh::new(data).unwrap(), Material::default(), Transform::IDENTITY);
@@ -141,10 +138,7 @@ fn crowd(is_shared: bool) -> Scene {
     let holes = mask(1.0).with(|m| m.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform }));
     let mut torn = MeshData::clone(primitives::cuboid([0.5; 3]).unwrap().data());
     torn.positions.push([50.0; 3]);
-    torn = MeshData::default().with(|d| {
-        d.positions = torn.positions;
-        d.triangles = torn.triangles;
-    });
+    torn = MeshData::new(torn.positions, torn.triangles);
     let shapes = [
         (primitives::sphere(0.5, 12).unwrap(), Material::default()),
         (primitives::sphere(0.5, 8).unwrap(), Material::default().with(|m| m.double_sided = true)),
