@@ -1,13 +1,63 @@
 //! Settings that all pictures of a batch or a service share: from options to the first message to workers.
 
 use crate::key::Keys;
+use crate::pool::TimeLimits;
+use clap::Args;
 use overcoat::description::{Description, EnvironmentChoice, MaterialChoice};
 use overcoat_cli::args::DrawArgs;
+use overcoat_cli::value_parsers;
 use overcoat_worker::protocol::Start;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a file that all pictures have in common, at most.
 const LARGEST_FILE: u64 = 1 << 30;
+
+/// Limits of workers that draw models one by one, in a batch and for tools.
+// Help, and no markup.
+#[allow(missing_docs)]
+#[derive(Debug, Args)]
+pub struct WorkerLimitArgs {
+    /// Memory of a worker's data; suffixes as of --limit
+    #[arg(long, value_name = "BYTES", default_value = "2Gi", value_parser = bytes, help_heading = "Workers")]
+    pub memory: u64,
+
+    /// Seconds of processor time, of all threads, after which the work on one model is stopped (of the wall where the system does not
+    /// tell, on others than Linux)
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = value_parsers::within::<f64>(0.01, 1e6),
+          help_heading = "Workers")]
+    pub deadline: f64,
+
+    /// Seconds of the wall after which it is stopped, whatever it waits for [default: ten times --deadline]
+    #[arg(long, value_name = "SECONDS", value_parser = value_parsers::within::<f64>(0.01, 1e7), help_heading = "Workers")]
+    pub wall_deadline: Option<f64>,
+
+    /// Leave workers the rights that they do not need (Linux takes them otherwise)
+    #[arg(long, help_heading = "Workers")]
+    pub no_sandbox: bool,
+}
+
+impl WorkerLimitArgs {
+    /// The first message to a worker with these limits.
+    #[must_use]
+    pub fn start(&self, start: &Start) -> Start {
+        Start { memory: Some(self.memory), sandbox: !self.no_sandbox, ..start.clone() }
+    }
+
+    /// Time limits of the work on one model.
+    #[must_use]
+    pub fn time(&self) -> TimeLimits {
+        TimeLimits::new(self.deadline, self.wall_deadline)
+    }
+}
+
+/// A number of bytes with a suffix.
+///
+/// # Errors
+/// One line.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    // The same suffixes as those of limits, of which this is one that takes any number.
+    value_parsers::limit(&format!("input_bytes={text}")).map(|(_, bytes)| bytes)
+}
 
 /// First message to workers, and content keys of pictures made with it.
 #[derive(Clone, Debug)]

@@ -2,12 +2,9 @@
 
 use super::failure::Failure;
 use clap::Args;
+use overcoat_worker::companion::program;
 use std::ffi::OsString;
-use std::path::PathBuf;
 use std::process::Command;
-
-/// The program.
-const PROGRAM: &str = if cfg!(windows) { "overcoat-service.exe" } else { "overcoat-service" };
 
 /// What is handed over as it is.
 #[derive(Debug, Args)]
@@ -22,7 +19,7 @@ pub struct ServiceArgs {
 /// # Errors
 /// [`Failure`] if it is not there, and without a word if it has ended with an error, which it has told itself.
 pub(super) fn run(name: &str, args: &ServiceArgs) -> Result<(), Failure> {
-    let mut command = Command::new(program());
+    let mut command = Command::new(program("overcoat-service"));
     command.arg(name).args(&args.rest);
     #[cfg(unix)]
     let error = std::os::unix::process::CommandExt::exec(&mut command);
@@ -39,10 +36,4 @@ pub(super) fn run(name: &str, args: &ServiceArgs) -> Result<(), Failure> {
         )));
     }
     Err(Failure::failed(format!("{}: {error}", command.get_program().display())))
-}
-
-/// Beside this program, or on the path.
-fn program() -> PathBuf {
-    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join(PROGRAM)));
-    beside.filter(|path| path.is_file()).unwrap_or_else(|| PathBuf::from(PROGRAM))
 }

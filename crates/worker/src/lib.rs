@@ -7,6 +7,7 @@
 
 pub mod annotation_report;
 pub mod camera_report;
+pub mod companion;
 mod contents;
 mod coverage_check;
 mod drawing;

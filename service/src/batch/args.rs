@@ -1,5 +1,6 @@
 //! The options of `overcoat batch`.
 
+use crate::common::WorkerLimitArgs;
 use clap::Args;
 use overcoat::frame::Aov;
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
@@ -84,29 +85,13 @@ pub struct BatchArgs {
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<usize>(1, 4096), help_heading = "Workers")]
     pub workers: Option<usize>,
 
-    /// Memory of a worker's data; suffixes as of --limit
-    #[arg(long, value_name = "BYTES", default_value = "2Gi", value_parser = bytes, help_heading = "Workers")]
-    pub memory: u64,
-
-    /// Seconds of processor time, of all threads, after which the work on one model is stopped (of the wall where the system does not
-    /// tell, on others than Linux)
-    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = value_parsers::within::<f64>(0.01, 1e6),
-          help_heading = "Workers")]
-    pub deadline: f64,
-
-    /// Seconds of the wall after which it is stopped, whatever it waits for [default: ten times --deadline]
-    #[arg(long, value_name = "SECONDS", value_parser = value_parsers::within::<f64>(0.01, 1e7), help_heading = "Workers")]
-    pub wall_deadline: Option<f64>,
-
     /// Models that one worker draws before another takes its place
     #[arg(long, value_name = "N", default_value = "200", value_parser = value_parsers::within::<u32>(1, u32::MAX),
           help_heading = "Workers")]
     pub models_of_worker: u32,
 
-    /// Leave workers the rights that they do not need (Linux takes them otherwise)
-    #[arg(long, help_heading = "Workers")]
-    pub no_sandbox: bool,
-
+    #[command(flatten)]
+    pub limits: WorkerLimitArgs,
     #[command(flatten)]
     pub encoding: EncodingArgs,
     #[command(flatten)]
@@ -120,13 +105,4 @@ impl BatchArgs {
         let processors = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         self.workers.unwrap_or_else(processors)
     }
-}
-
-/// A number of bytes with a suffix.
-///
-/// # Errors
-/// One line.
-pub fn bytes(text: &str) -> Result<u64, String> {
-    // The same suffixes as those of limits, of which this is one that takes any number.
-    value_parsers::limit(&format!("input_bytes={text}")).map(|(_, bytes)| bytes)
 }

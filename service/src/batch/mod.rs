@@ -9,7 +9,7 @@ pub mod shard;
 
 use crate::common::Common;
 use crate::place::{Place, is_url};
-use crate::pool::{Pool, PoolOptions, TimeLimits};
+use crate::pool::{Pool, PoolOptions};
 use crate::serve::rules::Rules;
 use args::BatchArgs;
 use futures_util::StreamExt;
@@ -196,9 +196,7 @@ fn count_lines(path: &Path, is_pipe: bool) -> Result<Option<u64>, String> {
 
 fn pool_options(args: &BatchArgs, common: &Common, other: bool) -> Result<PoolOptions, (u8, String)> {
     let program = std::env::current_exe().map_err(|e| (1, format!("this program's own file: {e}")))?;
-    let mut start = common.start.clone();
-    start.memory = Some(args.memory);
-    start.sandbox = !args.no_sandbox;
+    let mut start = args.limits.start(&common.start);
     // Elsewhere: a process for each picture, and as many threads as the others have not.
     if other {
         start.threads = if start.threads == 1 { 2 } else { 1 };
@@ -207,7 +205,7 @@ fn pool_options(args: &BatchArgs, common: &Common, other: bool) -> Result<PoolOp
         program,
         start,
         workers: if other { 1 } else { args.workers() },
-        time: TimeLimits::new(args.deadline, args.wall_deadline),
+        time: args.limits.time(),
         works_of_one: if other { 1 } else { args.models_of_worker },
         most_output: 1 << 31,
     })

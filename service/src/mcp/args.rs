@@ -1,6 +1,6 @@
 //! The options of `overcoat mcp`.
 
-use crate::batch::args::bytes;
+use crate::common::WorkerLimitArgs;
 use clap::Args;
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
 use overcoat_cli::value_parsers;
@@ -28,23 +28,8 @@ pub struct McpArgs {
           help_heading = "Workers")]
     pub workers: usize,
 
-    /// Memory of a worker's data; suffixes as of --limit
-    #[arg(long, value_name = "BYTES", default_value = "2Gi", value_parser = bytes, help_heading = "Workers")]
-    pub memory: u64,
-
-    /// Seconds of processor time, of all threads, after which the work on one model is stopped
-    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = value_parsers::within::<f64>(0.01, 1e6),
-          help_heading = "Workers")]
-    pub deadline: f64,
-
-    /// Seconds of the wall after which it is stopped, whatever it waits for [default: ten times --deadline]
-    #[arg(long, value_name = "SECONDS", value_parser = value_parsers::within::<f64>(0.01, 1e7), help_heading = "Workers")]
-    pub wall_deadline: Option<f64>,
-
-    /// Leave workers the rights that they do not need (Linux takes them otherwise)
-    #[arg(long, help_heading = "Workers")]
-    pub no_sandbox: bool,
-
+    #[command(flatten)]
+    pub limits: WorkerLimitArgs,
     #[command(flatten)]
     pub encoding: EncodingArgs,
     #[command(flatten)]

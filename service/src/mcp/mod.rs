@@ -9,21 +9,20 @@ mod root;
 mod tools;
 
 use crate::common::Common;
-use crate::pool::{Pool, PoolOptions, TimeLimits};
+use crate::pool::{Pool, PoolOptions};
 use crate::serve::error::{Kind, Problem};
 use crate::serve::rules::Rules;
 use args::McpArgs;
 use overcoat::load::BuiltinMaterial;
-use overcoat_worker::protocol::Start;
 use rmcp::handler::server::ServerHandler;
 use rmcp::model::{
     CallToolRequestParams, CallToolResponse, CallToolResult, ContentBlock, Implementation, ListToolsResult,
-    PaginatedRequestParams, ServerCapabilities, ServerConfig,
+    PaginatedRequestParams, ServerCapabilities, ServerConfig, Tool,
 };
 use rmcp::service::{RequestContext, RoleServer, ServiceExt};
 use rmcp::transport::stdio;
 use root::Root;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use std::time::Duration;
 
 /// One page for programs that use the tools.
@@ -33,6 +32,7 @@ const GUIDE: &str = include_str!("guide.md");
 struct Server {
     root: Root,
     may_write: bool,
+    tools: Vec<Tool>,
     pool: Pool,
     rules: Rules,
     /// Time of the wall for one call of the program.
@@ -58,22 +58,21 @@ impl Server {
         let limits = args.draw.input.limits.limits();
         let rules = Rules::new(&common.start.description, limits, &args.encoding);
         let program = std::env::current_exe().map_err(|e| format!("this program's own file: {e}"))?;
-        let start = Start { memory: Some(args.memory), sandbox: !args.no_sandbox, ..common.start };
+        let (start, time) = (args.limits.start(&common.start), args.limits.time());
         let pool = Pool::new(PoolOptions {
             program,
             start,
             workers: args.workers,
-            time: TimeLimits::new(args.deadline, args.wall_deadline),
+            time,
             works_of_one: 100,
             most_output: 1 << 28,
         });
-        let wall = Duration::from_secs_f64(args.wall_deadline.unwrap_or(args.deadline * 10.0));
-        Ok(Self { root: Root::new(&args.root)?, may_write: args.write, pool, rules, wall })
+        let (root, tools) = (Root::new(&args.root)?, tools::all());
+        Ok(Self { root, may_write: args.write, tools, pool, rules, wall: time.wall })
     }
 
     async fn call(&self, name: &str, arguments: &Map<String, Value>) -> Result<CallToolResult, Problem> {
-        let known = tools::all().into_iter().find(|tool| tool.name == name);
-        let Some(tool) = known else {
+        let Some(tool) = self.tools.iter().find(|tool| tool.name == name) else {
             return Err(Problem::new(Kind::Options, format!("there is no tool '{name}'")));
         };
         let names = tool.input_schema.get("properties").and_then(Value::as_object);
@@ -119,7 +118,7 @@ impl ServerHandler for Server {
         _: Option<PaginatedRequestParams>,
         _: RequestContext<RoleServer>,
     ) -> Result<ListToolsResult, rmcp::ErrorData> {
-        Ok(ListToolsResult::with_all_items(tools::all()))
+        Ok(ListToolsResult::with_all_items(self.tools.clone()))
     }
 
     async fn call_tool(
@@ -129,17 +128,8 @@ impl ServerHandler for Server {
     ) -> Result<CallToolResponse, rmcp::ErrorData> {
         let arguments = request.arguments.unwrap_or_default();
         let done = self.call(&request.name, &arguments).await;
-        Ok(done.unwrap_or_else(|problem| CallToolResult::structured_error(told(&problem))).into())
+        Ok(done
+            .unwrap_or_else(|problem| CallToolResult::structured_error(problem.json()["error"].take()))
+            .into())
     }
-}
-
-/// An error as tools tell it: kind, message, the limit that was passed, and what raises it.
-fn told(problem: &Problem) -> Value {
-    let mut error = problem.json()["error"].take();
-    if let Some(raise) = error.get_mut("raise")
-        && let Some(text) = raise.as_str()
-    {
-        *raise = json!(text.replace("the service", "the server"));
-    }
-    error
 }

@@ -5,6 +5,7 @@ use super::pictures::text;
 use crate::serve::error::{Kind, Problem};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use overcoat_worker::companion::program;
 use rmcp::model::{CallToolResult, ContentBlock};
 use serde_json::{Map, Value, json};
 use std::ffi::OsString;
@@ -72,7 +73,7 @@ impl Server {
 
     /// Runs the program in its sandbox for as long as a model may take.
     async fn run(&self, arguments: impl IntoIterator<Item = OsString>) -> Result<Output, Problem> {
-        let program = program();
+        let program = program("overcoat");
         let mut command = Command::new(&program);
         command.arg("--sandbox").args(arguments);
         command.stdin(Stdio::null()).kill_on_drop(true).current_dir(self.root.path());
@@ -88,13 +89,6 @@ impl Server {
             }
         }
     }
-}
-
-/// The program `overcoat`: beside this one, or on the path.
-fn program() -> PathBuf {
-    let name = if cfg!(windows) { "overcoat.exe" } else { "overcoat" };
-    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join(name)));
-    beside.filter(|path| path.is_file()).unwrap_or_else(|| name.into())
 }
 
 /// Lines that the program has for its user.

@@ -2,7 +2,7 @@
 
 use super::address::Network;
 use super::socket::Address;
-use crate::batch::args::bytes;
+use crate::common::bytes;
 use clap::{Arg, Args};
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
 use overcoat_cli::value_parsers::within;
