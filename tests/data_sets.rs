@@ -198,12 +198,12 @@ fn annotations_count_and_enclose_what_is_visible_and_what_is_hidden() {
         assert_eq!(found.iter().map(|a| a.id).collect::<Vec<_>>(), (first..first + 5).collect::<Vec<_>>());
         assert_eq!(found[0].name, if aov == Aov::MaterialId { "material 0" } else { "first" });
         // Pixels of 1 / 48 metres.
-        let counts: Vec<_> = found.iter().map(|a| (a.visible_pixels, a.pixels)).collect();
+        let counts: Vec<_> = found.iter().map(|a| (a.visible_pixels, a.pixels.unwrap())).collect();
         assert_eq!(counts, [(24 * 48, 48 * 48), (48 * 48, 48 * 48), (0, 144), (72, 72), (0, 0)]);
         let boxes: Vec<_> = found.iter().map(|a| a.visible_box).collect();
         let expected = [Some([24, 24, 24, 48]), Some([48, 24, 48, 48]), None, Some([6, 90, 12, 6]), None];
         assert_eq!(boxes, expected);
-        let fractions: Vec<_> = found.iter().map(Annotation::visible_fraction).collect();
+        let fractions: Vec<_> = found.iter().map(|a| a.visible_fraction().unwrap()).collect();
         assert_eq!(fractions, [0.5, 1.0, 0.0, 1.0, 0.0]);
         let full = |k: usize| found[k].full_box.unwrap();
         for (k, expected) in [

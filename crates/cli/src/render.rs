@@ -19,6 +19,7 @@ use overcoat_worker::picture_format::PictureFormat;
 use overcoat_worker::picture_task::{Pixels, RenderedPicture};
 use overcoat_worker::render_report::{RenderReport, Told};
 use overcoat_worker::report::Stages;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Renders one model to one picture.
@@ -145,6 +146,11 @@ pub(super) fn carry_out(
     // It may go to the terminal on which the progress is.
     task.progress.finish();
     stages.time("write", || encoded.write())?;
+    let mut ids = BTreeMap::new();
+    if let (Pixels::Frame(frame), true) = (&pixels, task.json) {
+        let options = &task.picture.options;
+        ids = annotations(&mut renderer, &scene, &camera, options, frame, (&mut stages, &mut warnings))?;
+    }
     task.finish(&warnings);
     task.note_up(scene.orientation());
     let Pixels::Frame(frame) = pixels else { return Ok(()) };
@@ -152,7 +158,6 @@ pub(super) fn carry_out(
         return Ok(());
     }
     let frame_hash = stages.time("hash", || frame.frame_hash());
-    let ids = annotations(&mut renderer, &scene, &camera, &task.picture.options, &frame, &mut stages)?;
     let told = Told {
         task: &task.picture,
         scene: &scene,

@@ -20,8 +20,8 @@ pub struct Annotation {
     pub name: String,
     /// Pixels of the plane that show it.
     pub visible_pixels: u64,
-    /// Pixels that would show it if nothing else were there.
-    pub pixels: u64,
+    /// Pixels that would show it if nothing else were there; `None` if counting them would take too much.
+    pub pixels: Option<u64>,
     /// Box around the pixels that show it: left, top, width and height. `None` if there is no such pixel.
     pub visible_box: Option<[u32; 4]>,
     /// Box around its geometry on the screen, whatever hides it, in pixels from the upper left corner, also beyond the picture: left,
@@ -31,12 +31,19 @@ pub struct Annotation {
 }
 
 impl Annotation {
-    /// Part of its pixels that are visible, 0 to 1; 0 if there are none.
+    /// Part of its pixels that are visible, 0 to 1; 0 if there are none, `None` if they were not counted.
     #[must_use]
-    pub fn visible_fraction(&self) -> f64 {
-        if self.pixels == 0 { 0.0 } else { self.visible_pixels as f64 / self.pixels as f64 }
+    pub fn visible_fraction(&self) -> Option<f64> {
+        let fraction = |pixels| if pixels == 0 { 0.0 } else { self.visible_pixels as f64 / pixels as f64 };
+        self.pixels.map(fraction)
     }
 }
+
+/// Pixels of all passes that draw something alone: 2048 of 512 x 512. A file chooses how many things overlap.
+const MOST_PIXELS_ALONE: u64 = 1 << 29;
+
+/// Numbers whose boxes are compared, each with each.
+const MOST_COMPARED: usize = 4096;
 
 /// Draws and clouds of splats that have one number in a plane.
 #[derive(Default)]
@@ -50,7 +57,8 @@ impl Renderer {
     /// numbers.
     ///
     /// Pixels of what may be hidden are counted by drawing it alone: a pass of one sample a pixel without light or shading, for
-    /// each whose box on the screen meets that of another. All pixels of the rest are visible.
+    /// each whose box on the screen meets that of another, up to 2^29 pixels of all passes together. All pixels of the rest are
+    /// visible.
     ///
     /// # Errors
     /// As [`Renderer::render`]; [`RenderError::Option`] if the plane is none of identities or has another size.
@@ -60,6 +68,18 @@ impl Renderer {
         camera: &Camera,
         options: &RenderOptions,
         plane: &AovPlane,
+    ) -> Result<Vec<Annotation>, RenderError> {
+        self.annotate_within(scene, camera, options, plane, MOST_PIXELS_ALONE)
+    }
+
+    /// [`Renderer::annotate`] with so many pixels of all passes that draw something alone.
+    fn annotate_within(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+        plane: &AovPlane,
+        most_pixels: u64,
     ) -> Result<Vec<Annotation>, RenderError> {
         let pixels = u64::from(options.width) * u64::from(options.height);
         if !plane.aov.is_identity() || plane.ids.len() as u64 != pixels {
@@ -75,20 +95,27 @@ impl Renderer {
                 id,
                 name: name_of(scene, plane.aov, id, group),
                 visible_pixels: 0,
-                pixels: 0,
+                pixels: None,
                 visible_box: None,
                 full_box: box_of(scene, &view, group),
             })
             .collect();
         count_visible(plane, options.width, &mut found);
         let boxes: Vec<_> = found.iter().map(|annotation| annotation.full_box).collect();
+        let mut passes = most_pixels / pixels.max(1);
         for (k, group) in groups.values().enumerate() {
-            let is_apart = boxes.iter().enumerate().all(|(other, of)| k == other || !meet(boxes[k], *of));
-            found[k].pixels = if is_apart {
-                found[k].visible_pixels
-            } else {
-                self.pixels_alone(scene, camera, options, (plane.aov, found[k].id), group)?
-            };
+            let is_apart = groups.len() <= MOST_COMPARED
+                && boxes.iter().enumerate().all(|(other, of)| k == other || !meet(boxes[k], *of));
+            if is_apart {
+                found[k].pixels = Some(found[k].visible_pixels);
+            } else if passes > 0 {
+                passes -= 1;
+                found[k].pixels =
+                    match self.pixels_alone(scene, camera, options, (plane.aov, found[k].id), group) {
+                        Err(RenderError::Limit(_)) => None,
+                        counted => Some(counted?),
+                    };
+            }
         }
         Ok(found)
     }
@@ -202,4 +229,35 @@ const MARGIN: f64 = 64.0;
 fn meet(a: Option<[f64; 4]>, b: Option<[f64; 4]>) -> bool {
     let (Some(a), Some(b)) = (a, b) else { return false };
     (0..2).all(|k| a[k] - MARGIN < b[k] + b[k + 2] && b[k] - MARGIN < a[k] + a[k + 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use overcoat_scene::{Framing, Instance, Material, Transform, primitives};
+
+    /// What overlaps is counted as long as there are passes, and the rest always.
+    #[test]
+    fn passes_are_bounded() {
+        let mut scene = Scene::new();
+        let ball = scene.add_mesh(primitives::sphere(0.4, 12).unwrap()).unwrap();
+        let material = scene.add_material(Material::default()).unwrap();
+        for (k, x) in [0.0, 0.3, 3.0].into_iter().enumerate() {
+            let place = Transform::translation([x, 0.0, 0.0]).unwrap();
+            scene.add_instance(Instance::new(ball, material, place).with_object(k as u32)).unwrap();
+        }
+        let camera = Framing::default().with_direction([0.0, 0.0, 1.0]).camera(&scene);
+        let options = RenderOptions::draft(256, 256).with_aovs(vec![Aov::ObjectId]);
+        let mut renderer = Renderer::new(1);
+        let planes = renderer.render_planes(&scene, &camera, &options).unwrap();
+        for (passes, expected) in [(0, [false, false, true]), (1, [true, false, true]), (2, [true; 3])] {
+            let found =
+                renderer.annotate_within(&scene, &camera, &options, &planes[0], passes * 256 * 256).unwrap();
+            assert_eq!(
+                found.iter().map(|a| a.pixels.is_some()).collect::<Vec<_>>(),
+                expected,
+                "{passes}: {found:?}"
+            );
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::report::Stages;
 use overcoat_core::frame::Frame;
+use overcoat_load::Warning;
 use overcoat_render::{Annotation, RenderOptions, Renderer};
 use overcoat_scene::{Camera, Scene};
 use serde::Serialize;
@@ -18,10 +19,10 @@ pub struct AnnotationReport {
     bbox_obj: Option<[f64; 4]>,
     /// Box around the pixels that show it, likewise.
     bbox_visib: Option<[u32; 4]>,
-    /// Pixels of the picture that would show it alone.
-    px_count_all: u64,
+    /// Pixels of the picture that would show it alone; null if they were not counted.
+    px_count_all: Option<u64>,
     px_count_visib: u64,
-    visib_fract: f64,
+    visib_fract: Option<f64>,
 }
 
 impl From<Annotation> for AnnotationReport {
@@ -39,22 +40,30 @@ impl From<Annotation> for AnnotationReport {
     }
 }
 
-/// Annotations of all planes of identities of a picture, by the names of the planes; a stage, if there are any.
+/// Annotations of all planes of identities of a picture, by the names of the planes; a stage, if there are any. `warnings` learn
+/// how many have no pixels of their own, as counting them would take too much.
 ///
 /// # Errors
-/// [`Failure`] if drawing something alone passes a limit.
+/// [`Failure`] if the picture was stopped.
 pub fn annotations(
     renderer: &mut Renderer,
     scene: &Scene,
     camera: &Camera,
     options: &RenderOptions,
     frame: &Frame,
-    stages: &mut Stages,
+    (stages, warnings): (&mut Stages, &mut Vec<Warning>),
 ) -> Result<BTreeMap<&'static str, Vec<AnnotationReport>>, Failure> {
     let planes = frame.aovs.iter().filter(|plane| plane.aov.is_identity());
     let annotated = planes.map(|plane| {
         let annotate = || renderer.annotate(scene, camera, options, plane);
         let found = stages.time("annotations", annotate).map_err(|e| Failure::render(&e))?;
+        let uncounted = found.iter().filter(|annotation| annotation.pixels.is_none()).count();
+        if uncounted > 0 {
+            let (plane, all) = (plane.aov.name(), found.len());
+            warnings.push(Warning::new(format!(
+                "px_count_all and visib_fract of {uncounted} of {all} in {plane} are left out: too many overlap"
+            )));
+        }
         Ok((plane.aov.name(), found.into_iter().map(AnnotationReport::from).collect()))
     });
     annotated.collect()

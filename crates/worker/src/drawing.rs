@@ -213,7 +213,14 @@ impl Drawing<'_> {
         stages.add("encode", begun.elapsed());
         let report = match &pixels {
             Pixels::Frame(frame) if request.report => {
-                let ids = annotations(&mut self.renderer, scene, &camera, &task.options, frame, stages)?;
+                let ids = annotations(
+                    &mut self.renderer,
+                    scene,
+                    &camera,
+                    &task.options,
+                    frame,
+                    (stages, &mut warnings),
+                )?;
                 let told = render_report::Told {
                     task: &task,
                     scene,

@@ -73,7 +73,7 @@ class Image:
 
         `id` and `name`; and, by the names of BOP, `bbox_obj` and `bbox_visib` (left, top, width, height in pixels: of the whole
         geometry, also hidden and beyond the picture, and of the pixels that show it; `None` without any), `px_count_all` (pixels of
-        the picture that would show it alone), `px_count_visib` and `visib_fract`. Everything that overlaps something else is drawn alone for
+        the picture that would show it alone, or `None` where too many overlap), `px_count_visib` and `visib_fract`. Everything that overlaps something else is drawn alone for
         it, without light.
         """
     def flow_to(self, other: Image) -> npt.NDArray[np.float32]:
