@@ -225,7 +225,7 @@ fn count_visible(plane: &AovPlane, width: u32, found: &mut [Annotation]) {
 /// Width of the widest lines and points in pixels: boxes do not count it.
 const MARGIN: f64 = 64.0;
 
-/// True if what has these boxes may have a pixel in common.
+/// True if things with these boxes may have a pixel in common.
 fn meet(a: Option<[f64; 4]>, b: Option<[f64; 4]>) -> bool {
     let (Some(a), Some(b)) = (a, b) else { return false };
     (0..2).all(|k| a[k] - MARGIN < b[k] + b[k + 2] && b[k] - MARGIN < a[k] + a[k + 2])
@@ -236,7 +236,7 @@ mod tests {
     use super::*;
     use overcoat_scene::{Framing, Instance, Material, Transform, primitives};
 
-    /// What overlaps is counted as long as there are passes, and the rest always.
+    /// Overlapping things are counted as long as passes remain, all others always.
     #[test]
     fn passes_are_bounded() {
         let mut scene = Scene::new();
