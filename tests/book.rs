@@ -149,7 +149,10 @@ fn is_possible(command: &str, packages: &BTreeSet<String>) -> bool {
         "python3" => root().join(words[1]).is_file(),
         // Programs of others, which need what is not here: a daemon, a server, a window, rights.
         "docker" | "curl" | "f3d" | "sudo" => true,
-        script => script.contains('/') && root().join(script).is_file(),
+        program => match program.strip_prefix("target/release/") {
+            Some(built) => packages.contains(built),
+            None => program.contains('/') && root().join(program).is_file(),
+        },
     }
 }
 
@@ -171,9 +174,13 @@ fn commands_of_other_programs_are_possible() {
         }
     }
     assert!(tried > 20, "only {tried} commands found");
-    for wrong in
-        ["cargo build -p overcoat-nothing", "cargo install --path crates/no", "packaging/no.sh", "nothing"]
-    {
+    for wrong in [
+        "cargo build -p overcoat-nothing",
+        "cargo install --path crates/no",
+        "packaging/no.sh",
+        "target/release/overcoat-nothing",
+        "nothing",
+    ] {
         assert!(!is_possible(wrong, &packages), "{wrong}");
     }
 }
