@@ -197,6 +197,10 @@ fn textures_beyond_the_budget_are_kept_smaller() {
         assert_eq!(differ, 0, "{model}");
         let colors: std::collections::BTreeSet<u8> = whole.2.iter().copied().collect();
         assert!(colors.len() > 20, "{model}: the patterns are not seen");
+        // Beyond eight times the texels that may be kept the last ones are left out, and the picture is made all the same.
+        let (part, message) = draw(&["--limit", "total_texture_pixels=4Mi"], "part");
+        assert_eq!(message.matches("2.png' and 6 more are left out").count(), 1, "{model}: {message}");
+        assert_ne!(part.2, whole.2, "{model}");
     }
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct Budget {
 }
 
 /// Texels that a file may store for each texel that may be kept: decoding takes time, and no memory where it goes by rows.
-const DECODED: u64 = 4;
+const DECODED: u64 = 8;
 
 /// Texels up to which a texture is not made smaller.
 const SMALL: u64 = 64 * 64;
@@ -38,12 +38,14 @@ pub(crate) struct Claim {
     pub(crate) finest: u32,
     /// Bytes that decoding takes for a while.
     pub(crate) transient: u64,
+    /// It is one of those beyond what may be decoded.
+    pub(crate) left_out: bool,
 }
 
 impl Claim {
     /// Claim to the whole of a texture.
     pub(crate) fn new(size: [u32; 2], per_texel: u64) -> Self {
-        Self { size, per_texel, finest: 0, transient: 0 }
+        Self { size, per_texel, finest: 0, transient: 0, left_out: false }
     }
 
     /// Claim to the whole of a picture with this header.
@@ -54,7 +56,7 @@ impl Claim {
 
     /// Texels that are kept.
     fn texels(&self) -> u64 {
-        area(level_size(self.size, self.finest))
+        if self.left_out { 0 } else { area(level_size(self.size, self.finest)) }
     }
 
     fn bytes(&self) -> u64 {
@@ -100,9 +102,10 @@ impl Budget {
         Ok(())
     }
 
-    /// Makes textures fit into what is left, if they do not: again and again the largest loses its finest level. Those of
-    /// [`SMALL`] and fewer texels stay as they are.
+    /// Makes textures fit into what is left, if they do not: the largest beyond what may be decoded are left out, then again and
+    /// again the largest loses its finest level. Those of [`SMALL`] and fewer texels stay as they are.
     pub(crate) fn fit(&self, claims: &mut [Claim]) {
+        self.leave_out(claims);
         let (mut pixels, mut bytes) = claims
             .iter()
             .fold((0_u64, 0_u64), |(p, b), c| (p.saturating_add(c.texels()), b.saturating_add(c.bytes())));
@@ -129,6 +132,24 @@ impl Budget {
         }
     }
 
+    /// Leaves out the largest textures, from the last on, until the others may be decoded. One that is larger than all that may be
+    /// decoded stays: it is refused by name.
+    fn leave_out(&self, claims: &mut [Claim]) {
+        let mut room = self.stored_limit().saturating_sub(self.stored);
+        let mut smallest_first: Vec<&mut Claim> = claims.iter_mut().collect();
+        smallest_first.sort_by_key(|claim| area(claim.size));
+        for (number, claim) in smallest_first.into_iter().enumerate() {
+            let texels = area(claim.size);
+            claim.left_out = number > 0 && texels > room && texels > SMALL;
+            room = room.saturating_sub(texels);
+        }
+    }
+
+    /// Most texels of textures as they are stored.
+    fn stored_limit(&self) -> u64 {
+        self.pixel_limit.saturating_mul(DECODED)
+    }
+
     /// Makes one of several textures fit, of which the others are not known: into half of what is left, if need be.
     pub(crate) fn fit_one(&self, claim: &mut Claim) {
         let pixels = self.pixel_limit.saturating_sub(self.pixels) / 2;
@@ -151,9 +172,8 @@ impl Budget {
         let asked = self.pixels.saturating_add(claim.texels());
         Limits::check(&what, asked, self.pixel_limit, "total_texture_pixels")?;
         let stored = self.stored.saturating_add(area(claim.size));
-        let most = self.pixel_limit.saturating_mul(DECODED);
         let all = || format!("{}, with the texels of textures before it as they are stored", what());
-        Limits::check(all, stored, most, "total_texture_pixels")?;
+        Limits::check(all, stored, self.stored_limit(), "total_texture_pixels")?;
         self.charge(&what, claim.texels(), claim.per_texel)?;
         Limits::check(what, claim.transient, self.left(), "decoded_bytes")?;
         (self.pixels, self.stored) = (asked, stored);
@@ -192,7 +212,7 @@ mod tests {
         assert_eq!(error.to_string(), "image 1: 101 exceeds the limit of 100 (total_texture_pixels)");
         budget.charge_texture(|| "b".into(), &claim(40)).unwrap();
         budget.charge_texture(|| "c".into(), &Claim::new([u32::MAX; 2], u64::MAX)).unwrap_err();
-        // Stored texels may be four times as many as kept ones.
+        // Stored texels may be eight times as many as kept ones.
         let halved = Claim { finest: 1, ..Claim::new([2, 2], 4) };
         let mut budget = Budget::new(&Limits::default().with_total_texture_pixels(100));
         for _ in 0..100 {
@@ -200,13 +220,13 @@ mod tests {
         }
         let mut budget = Budget::new(&Limits::default().with_total_texture_pixels(100));
         let quartered = Claim { finest: 2, ..Claim::new([4, 4], 4) };
-        for _ in 0..25 {
+        for _ in 0..50 {
             budget.charge_texture(|| "e".into(), &quartered).unwrap();
         }
-        let error = budget.charge_texture(|| "image 25".into(), &quartered).unwrap_err().to_string();
+        let error = budget.charge_texture(|| "image 50".into(), &quartered).unwrap_err().to_string();
         assert!(
-            error.starts_with("image 25, with ")
-                && error.ends_with("416 exceeds the limit of 400 (total_texture_pixels)")
+            error.starts_with("image 50, with ")
+                && error.ends_with("816 exceeds the limit of 800 (total_texture_pixels)")
         );
     }
 
@@ -235,6 +255,15 @@ mod tests {
         // Small ones stay, and are refused.
         assert_eq!(levels(pixels(4096), &[[64, 64], [64, 64]]), (vec![0, 0], false));
         assert!(!levels(pixels(0), &[[u32::MAX; 2]]).1);
+
+        // The last of the largest are left out where they are more than may be decoded, and nothing of them is charged.
+        let mut claims = [[512, 512], [256, 256], [512, 512], [64, 64]].map(|size| Claim::new(size, 6));
+        let mut budget = Budget::new(&pixels((1 << 16) - 1));
+        budget.fit(&mut claims);
+        assert_eq!(claims.map(|claim| claim.left_out), [false, false, true, false]);
+        for claim in claims.iter().filter(|claim| !claim.left_out) {
+            budget.charge_texture(String::new, claim).unwrap();
+        }
 
         let budget = Budget::new(&pixels(1 << 20));
         let one = |size| {

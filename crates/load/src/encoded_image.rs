@@ -4,6 +4,7 @@ use crate::budget::{Budget, Claim};
 use crate::image::{self, Header, Picture};
 use crate::warnings::Warnings;
 use crate::{LoadError, TextureLoading};
+use overcoat_core::limits::LimitExceeded;
 use overcoat_scene::{AlphaUse, ColorSpace, Image, ImageSource, LazyImage, Sampler, Texture, level_size};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -26,13 +27,13 @@ impl EncodedImage {
     /// Claims so many bytes for each texel, and what decoding takes for a while: as much of the image as fits.
     ///
     /// # Errors
-    /// [`LoadError::Limit`] naming the image.
+    /// [`LimitExceeded`] naming the image.
     pub(crate) fn charged(
         name: String,
         (bytes, header): (Vec<u8>, Header),
         per_texel: u64,
         budget: &mut Budget,
-    ) -> Result<Self, LoadError> {
+    ) -> Result<Self, LimitExceeded> {
         let mut claim = Claim::of(&header, per_texel);
         budget.fit_one(&mut claim);
         budget.charge_texture(|| name.clone(), &claim)?;
@@ -169,6 +170,19 @@ impl<'a> Reduction<'a> {
         let size = [header.width, header.height];
         (finest > 0).then(|| Self { name, size, kept: level_size(size, finest) })
     }
+}
+
+/// Warns of textures beyond what may be decoded: of the first of them by name.
+pub(crate) fn warn_of_left_out(names: Vec<String>, warnings: &mut Warnings) {
+    let Some((first, more)) = names.split_first() else { return };
+    let others = match more.len() {
+        0 => " is left out".to_owned(),
+        1 => " and another one are left out".to_owned(),
+        more => format!(" and {more} more are left out"),
+    };
+    warnings.add(|| {
+        format!("{first}{others}: the textures have too many texels to be decoded (total_texture_pixels)")
+    });
 }
 
 /// Warns of textures that are kept smaller: of the first of them by name.

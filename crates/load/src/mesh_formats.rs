@@ -135,7 +135,7 @@ pub(super) fn read_picture(
     }
 }
 
-/// Picture for a texture, called `what` in messages. The inner error says why it cannot be had.
+/// Picture for a texture, called `what` in messages; beyond the budget there is none. The inner error says why it cannot be had.
 pub(super) fn picture_of(
     what: String,
     bytes: Vec<u8>,
@@ -144,7 +144,8 @@ pub(super) fn picture_of(
 ) -> Result<Result<EncodedImage, String>, LoadError> {
     match image::probe(&what, &bytes, context.limits) {
         // Texels, their mip levels and what is made of them.
-        Ok(header) => EncodedImage::charged(what, (bytes, header), 12, budget).map(Ok),
+        Ok(header) => Ok(EncodedImage::charged(what, (bytes, header), 12, budget)
+            .map_err(|limit| format!("{limit}; it is left out"))),
         Err(error) => {
             let loss = error.loss()?;
             Ok(Err(format!("{what} is left out: {loss}")))

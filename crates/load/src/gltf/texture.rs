@@ -7,7 +7,7 @@ use super::list::{Index, label};
 use super::model::{self, Root, TextureInfo};
 use super::uv_sets::UvSets;
 use crate::budget::{Budget, Claim};
-use crate::encoded_image::{EncodedImage, Reduction, warn_of_reduced};
+use crate::encoded_image::{EncodedImage, Reduction, warn_of_left_out, warn_of_reduced};
 use crate::image::{self, Header, ImageError, Picture};
 use crate::warnings::Warnings;
 use crate::{Context, LoadError, ResolveError};
@@ -167,12 +167,19 @@ impl Textures {
         }
         let mut claims: Vec<Claim> = encoded.iter().map(Encoded::claim).collect();
         budget.fit(&mut claims);
-        for (image, claim) in encoded.iter_mut().zip(&claims) {
+        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
+        for (mut image, claim) in encoded.into_iter().zip(&claims) {
+            if claim.left_out {
+                left_out.push(image.what);
+                continue;
+            }
             image.finest = claim.finest;
             image.charge(budget)?;
+            kept.push(image);
         }
-        warn_of_reduced(encoded.iter().filter_map(Encoded::reduction), warnings);
-        Ok(encoded)
+        warn_of_left_out(left_out, warnings);
+        warn_of_reduced(kept.iter().filter_map(Encoded::reduction), warnings);
+        Ok(kept)
     }
 
     /// Number of provisional ids.

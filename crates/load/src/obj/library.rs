@@ -6,7 +6,7 @@ use super::mtl;
 use super::udim;
 use crate::budget::{Budget, Claim};
 use crate::derived_images;
-use crate::encoded_image::{EncodedImage, warn_of_reduced};
+use crate::encoded_image::{EncodedImage, warn_of_left_out, warn_of_reduced};
 use crate::image::{self, Picture, area};
 use crate::mesh_formats::default_material;
 use crate::names::is_escaped;
@@ -264,17 +264,26 @@ impl<'a> Library<'a> {
 
     /// Takes pictures into the budget, the largest smaller if need be, and decodes those of which others are made or that are not
     /// decoded by need, in parallel.
-    fn hold(&mut self, mut found: Vec<Fetched>, warnings: &mut Warnings) -> Result<(), LoadError> {
+    fn hold(&mut self, found: Vec<Fetched>, warnings: &mut Warnings) -> Result<(), LoadError> {
         // Texels and a mip chain, and pictures made of them.
         let claim = |Fetched { image, is_part, .. }: &Fetched| {
             Claim::of(&image.header, if *is_part { 12 } else { 6 })
         };
         let mut claims: Vec<Claim> = found.iter().map(claim).collect();
         self.budget.fit(&mut claims);
-        for (Fetched { image, .. }, claim) in found.iter_mut().zip(&claims) {
+        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
+        for (mut fetched, claim) in found.into_iter().zip(&claims) {
+            let image = &mut fetched.image;
+            if claim.left_out {
+                left_out.push(std::mem::take(&mut image.name));
+                continue;
+            }
             self.budget.charge_texture(|| image.name.clone(), claim)?;
             image.finest = claim.finest;
+            kept.push(fetched);
         }
+        let found = kept;
+        warn_of_left_out(left_out, warnings);
         warn_of_reduced(found.iter().filter_map(|found| found.image.reduction()), warnings);
         let loading = self.loading;
         let decoded = self.context.jobs.map_each(&found, |Fetched { image, is_part, .. }| {

@@ -13,7 +13,7 @@ use std::io::Read;
 /// First bytes of every file.
 pub const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// Bytes that are taken for each texel while decoding.
+/// Bytes that decoding ETC1S takes for each texel for a while.
 pub const TRANSIENT: u64 = 8;
 
 /// Largest window of supercompressed data, in bytes: as much as other decoders of pictures may use beside the picture.
@@ -120,68 +120,104 @@ pub fn open(bytes: &[u8]) -> Result<Ktx2<'_>, String> {
 }
 
 impl Ktx2<'_> {
+    /// True if it is decoded one row of blocks at a time: all but ETC1S, whose blocks refer to those above.
+    pub fn is_read_by_rows(&self) -> bool {
+        !matches!(self.storage, Storage::Etc1s { .. })
+    }
+
+    /// Gives the rows of texels from the top on, until one is not taken. `raw` is room for stored data, or for all texels of
+    /// ETC1S.
+    ///
+    /// # Errors
+    /// One line that says what is wrong, whatever rows were given.
+    pub fn rows(&self, raw: &mut Vec<u8>, take: &mut dyn FnMut(&[[u8; 4]]) -> bool) -> Result<(), String> {
+        let width = usize::try_from(self.width).map_err(|_| damaged())?;
+        raw.clear();
+        match self.storage {
+            Storage::Etc1s { second } => {
+                let count = usize::try_from(area(self.width, self.height)).map_err(|_| damaged())?;
+                raw.resize(count.checked_mul(4).ok_or_else(damaged)?, 255);
+                self.etc1s(second.is_some(), raw).ok_or_else(damaged)?;
+                let (texels, _) = raw.as_chunks_mut::<4>();
+                if second == Some(ETC1S_GREEN) {
+                    texels.iter_mut().for_each(green_from_alpha);
+                }
+                let _ = texels.chunks(width).all(take);
+                Ok(())
+            }
+            Storage::Plain(size) => {
+                raw.resize(width.saturating_mul(size), 0);
+                let mut row = vec![[255; 4]; width];
+                self.stored_rows(self.height, raw, &mut |raw| {
+                    for (texel, from) in row.iter_mut().zip(raw.chunks_exact(size)) {
+                        texel.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+                    }
+                    Ok(take(&row))
+                })
+            }
+            Storage::Uastc { channels } => {
+                raw.resize(width.div_ceil(4).saturating_mul(16), 0);
+                let mut texels = vec![[255; 4]; width.saturating_mul(4)];
+                let mut left = usize::try_from(self.height).map_err(|_| damaged())?;
+                self.stored_rows(self.height.div_ceil(4), raw, &mut |raw| {
+                    row_of_blocks(raw, width, &mut texels).ok_or_else(damaged)?;
+                    if channels == UASTC_GREEN_IN_ALPHA {
+                        texels.iter_mut().for_each(green_from_alpha);
+                    }
+                    let rows = left.min(4);
+                    left = left.saturating_sub(rows);
+                    Ok(texels.chunks(width).take(rows).all(&mut *take))
+                })
+            }
+        }
+    }
+
+    /// Reads `count` rows of stored data, of the length of `raw`, until `take` is done.
+    fn stored_rows(
+        &self,
+        count: u32,
+        raw: &mut [u8],
+        take: &mut dyn FnMut(&[u8]) -> Result<bool, String>,
+    ) -> Result<(), String> {
+        let wrong = |what: &str| format!("the Zstandard data of the KTX2 texture {what}");
+        if !self.zstd {
+            let rows = self.level.chunks_exact(raw.len());
+            if u64::from(count) > rows.len() as u64 {
+                return Err("the KTX2 texture is cut off".to_owned());
+            }
+            for row in rows.take(usize::try_from(count).unwrap_or(usize::MAX)) {
+                if !take(row)? {
+                    break;
+                }
+            }
+            return Ok(());
+        }
+        let mut decoder = StreamingDecoder::new_with_max_window_size(self.level, MAX_WINDOW)
+            .map_err(|_| wrong("is damaged"))?;
+        for number in 1..=count {
+            decoder.read_exact(raw).map_err(|_| wrong("is damaged or too short"))?;
+            if !take(raw)? && number < count {
+                return Ok(());
+            }
+        }
+        match decoder.read(&mut [0]) {
+            Ok(0) => Ok(()),
+            _ => Err(wrong("is damaged or too long")),
+        }
+    }
+
     /// Decodes the texels, which have been charged.
     ///
     /// # Errors
     /// One line that says what is wrong.
     pub fn decode(&self) -> Result<Vec<[u8; 4]>, String> {
-        let damaged = || "the KTX2 texture is damaged".to_owned();
-        let texels = area(self.width, self.height);
-        let count = usize::try_from(texels).map_err(|_| damaged())?;
-        let blocks = area(self.width.div_ceil(4), self.height.div_ceil(4));
-        let stored = match self.storage {
-            Storage::Etc1s { .. } => self.level.len() as u64,
-            Storage::Uastc { .. } => blocks.saturating_mul(16),
-            Storage::Plain(size) => texels.saturating_mul(size as u64),
-        };
-        let inflated;
-        let level = if self.zstd {
-            inflated = inflate(self.level, usize::try_from(stored).map_err(|_| damaged())?)?;
-            inflated.as_slice()
-        } else {
-            self.level
-        };
-        let used = usize::try_from(stored).ok().and_then(|stored| level.get(..stored));
-        let Some(used) = used else { return Err("the KTX2 texture is cut off".to_owned()) };
-        let mut out = vec![[255; 4]; count];
-        match self.storage {
-            Storage::Plain(size) => {
-                for (texel, from) in out.iter_mut().zip(used.chunks_exact(size)) {
-                    texel.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
-                }
-            }
-            Storage::Uastc { channels } => {
-                self.uastc(used, &mut out).ok_or_else(damaged)?;
-                if channels == UASTC_GREEN_IN_ALPHA {
-                    out.iter_mut().for_each(green_from_alpha);
-                }
-            }
-            Storage::Etc1s { second } => {
-                self.etc1s(second.is_some(), out.as_flattened_mut()).ok_or_else(damaged)?;
-                if second == Some(ETC1S_GREEN) {
-                    out.iter_mut().for_each(green_from_alpha);
-                }
-            }
-        }
-        Ok(out)
-    }
-
-    /// Decodes blocks of UASTC, row by row. `None` where one is damaged.
-    fn uastc(&self, level: &[u8], out: &mut [[u8; 4]]) -> Option<()> {
-        let width = usize::try_from(self.width).ok()?;
-        let (blocks, _) = level.as_chunks::<16>();
-        let rows = blocks.chunks(width.div_ceil(4));
-        for (row, texels) in rows.zip(out.chunks_mut(width.checked_mul(4)?)) {
-            for (x, block) in row.iter().enumerate() {
-                let colors = unpack_uastc(block, false)?;
-                let (lines, _) = colors.as_chunks::<4>();
-                for (line, texels) in lines.iter().zip(texels.chunks_mut(width)) {
-                    let texels = texels.chunks_mut(4).nth(x)?;
-                    texels.iter_mut().zip(line).for_each(|(texel, color)| *texel = color.c);
-                }
-            }
-        }
-        Some(())
+        let count = usize::try_from(area(self.width, self.height)).map_err(|_| damaged())?;
+        let mut texels = Vec::with_capacity(count);
+        self.rows(&mut Vec::new(), &mut |row| {
+            texels.extend_from_slice(row);
+            true
+        })?;
+        Ok(texels)
     }
 
     /// Decodes one or two slices of ETC1S to four bytes a texel. `None` where something is damaged, or where the picture
@@ -223,17 +259,21 @@ fn green_from_alpha(texel: &mut [u8; 4]) {
     *texel = [red, alpha, 0, 255];
 }
 
-/// Undoes Zstandard, to so many bytes.
-fn inflate(bytes: &[u8], length: usize) -> Result<Vec<u8>, String> {
-    let wrong = |what: &str| format!("the Zstandard data of the KTX2 texture {what}");
-    let mut decoder =
-        StreamingDecoder::new_with_max_window_size(bytes, MAX_WINDOW).map_err(|_| wrong("is damaged"))?;
-    let mut out = vec![0; length];
-    decoder.read_exact(&mut out).map_err(|_| wrong("is damaged or too short"))?;
-    match decoder.read(&mut [0]) {
-        Ok(0) => Ok(out),
-        _ => Err(wrong("is damaged or too long")),
+/// Decodes a row of blocks of UASTC to four rows of texels. `None` where one is damaged.
+fn row_of_blocks(raw: &[u8], width: usize, texels: &mut [[u8; 4]]) -> Option<()> {
+    for (x, block) in raw.as_chunks::<16>().0.iter().enumerate() {
+        let colors = unpack_uastc(block, false)?;
+        let (lines, _) = colors.as_chunks::<4>();
+        for (line, texels) in lines.iter().zip(texels.chunks_mut(width)) {
+            let texels = texels.chunks_mut(4).nth(x)?;
+            texels.iter_mut().zip(line).for_each(|(texel, color)| *texel = color.c);
+        }
     }
+    Some(())
+}
+
+fn damaged() -> String {
+    "the KTX2 texture is damaged".to_owned()
 }
 
 #[cfg(test)]
@@ -301,6 +341,39 @@ mod tests {
         let packed = file(0, [7, 5], 2, &uastc_descriptor(), &zstd(&level), 64);
         assert_eq!(read(&packed).unwrap(), texels);
         assert_eq!((open(&plain).unwrap().width, open(&plain).unwrap().height), (7, 5));
+    }
+
+    #[test]
+    fn rows_come_one_by_one() {
+        let (level, texels) = blocks();
+        for (scheme, level) in [(0, level.clone()), (2, zstd(&level))] {
+            let bytes = file(0, [7, 5], scheme, &uastc_descriptor(), &level, 64);
+            let texture = open(&bytes).unwrap();
+            assert!(texture.is_read_by_rows());
+            for wanted in 1..=5 {
+                // Room that held another picture.
+                let (mut raw, mut rows) = (vec![9; 3], Vec::new());
+                let take = &mut |row: &[[u8; 4]]| {
+                    rows.push(row.to_vec());
+                    rows.len() < wanted
+                };
+                texture.rows(&mut raw, take).unwrap();
+                assert_eq!(rows.concat(), texels[..wanted * 7]);
+                // One row of blocks.
+                assert_eq!(raw.len(), 32);
+            }
+        }
+        let bytes = etc1s();
+        let texture = open(&bytes).unwrap();
+        assert!(!texture.is_read_by_rows());
+        let mut rows = Vec::new();
+        texture
+            .rows(&mut vec![9; 99], &mut |row| {
+                rows.push(row.to_vec());
+                rows.len() < 3
+            })
+            .unwrap();
+        assert_eq!(rows.concat(), texture.decode().unwrap()[..12]);
     }
 
     /// Bits from the lowest of each byte on.

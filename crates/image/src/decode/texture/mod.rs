@@ -53,6 +53,8 @@ pub struct Header {
     jpeg: Option<u32>,
     /// Its kind of texels has no alpha.
     opaque: bool,
+    /// Its format is decoded row by row, unless it is interlaced.
+    by_rows: bool,
 }
 
 impl Header {
@@ -68,7 +70,7 @@ impl Header {
 
     /// True if its format is decoded row by row, unless it is interlaced.
     pub fn is_read_by_rows(&self) -> bool {
-        matches!(self.kind, Kind::Image(ImageFormat::Png)) || self.jpeg.is_some()
+        self.by_rows || self.jpeg.is_some()
     }
 
     /// Number of times that it can be read at half its size ([`halved_rows`]).
@@ -78,7 +80,8 @@ impl Header {
 
     /// Bytes that decoding takes for a while besides its texels.
     pub fn transient_bytes(&self) -> u64 {
-        if self.jpeg.is_some() { 0 } else { self.texels().saturating_mul(self.transient) }
+        let is_small = self.jpeg.is_some() || self.kind == Kind::Ktx2 && self.by_rows;
+        if is_small { 0 } else { self.texels().saturating_mul(self.transient) }
     }
 
     /// The kind of picture, if it is one that glTF does not have: "a GIF".
@@ -160,14 +163,15 @@ pub fn probe(what: &str, bytes: &[u8], limits: &Limits, foreign: Foreign) -> Res
     let (kind, start) = kind::find(bytes, foreign).map_err(ImageError::Damaged)?;
     let bytes = bytes.get(start..).unwrap_or_default();
     let header = |width, height, transient, opaque| {
-        let jpeg = None;
-        Header { width, height, transient, kind, start, jpeg, opaque }
+        let by_rows = kind == Kind::Image(ImageFormat::Png);
+        Header { width, height, transient, kind, start, jpeg: None, opaque, by_rows }
     };
     let format = match kind {
         Kind::Ktx2 => {
-            let ktx2::Ktx2 { width, height, .. } = ktx2::open(bytes).map_err(ImageError::Damaged)?;
-            check(width, height)?;
-            return Ok(header(width, height, ktx2::TRANSIENT, false));
+            let texture = ktx2::open(bytes).map_err(ImageError::Damaged)?;
+            check(texture.width, texture.height)?;
+            let header = header(texture.width, texture.height, ktx2::TRANSIENT, false);
+            return Ok(Header { by_rows: texture.is_read_by_rows() && start == 0, ..header });
         }
         Kind::Image(format) => format,
     };
@@ -214,7 +218,15 @@ pub fn rows(
     raw: &mut Vec<u8>,
     take: &mut dyn FnMut(&[[u8; 4]]) -> bool,
 ) -> bool {
-    let (Kind::Image(format), 0) = (header.kind, header.start) else { return false };
+    let format = match header.kind {
+        _ if header.start > 0 => return false,
+        Kind::Ktx2 => {
+            let texture = ktx2::open(bytes).ok();
+            let same = texture.filter(|ktx2| (ktx2.width, ktx2.height) == (header.width, header.height));
+            return same.is_some_and(|texture| texture.rows(raw, take).is_ok());
+        }
+        Kind::Image(format) => format,
+    };
     if header.jpeg.is_some() {
         return halved_rows(bytes, header, 0..=0, false, &mut |_, row| take(row));
     }
