@@ -7,6 +7,7 @@ use super::clock::Clock;
 use super::error::Problem;
 use super::failures::Failures;
 use super::fair::{Client, Priority};
+use super::fallback::Fallback;
 use super::flight::Flights;
 use super::gate::{Gate, Order, Place};
 use super::metrics::Metrics;
@@ -62,6 +63,8 @@ pub struct App {
     pub quotas: Quotas,
     /// Time of day.
     clock: Clock,
+    /// Picture in place of errors.
+    pub fallback: Option<Fallback>,
     /// Check of the signatures of paths.
     pub signer: Signer,
     /// Sources of the models of paths.
@@ -105,6 +108,12 @@ impl App {
             rights: RwLock::new(Arc::new(rights_of(&args)?)),
             quotas: Quotas::default(),
             clock: Clock::default(),
+            fallback: args
+                .fallback
+                .as_deref()
+                .map(Fallback::read)
+                .transpose()
+                .map_err(|e| format!("--fallback {e}"))?,
             signer: Signer::new(&args.key, &args.salt, args.allow_unsigned)?,
             sources: Arc::new(sources),
             bodies: Bodies::new(args.max_body, seconds(args.body_seconds), args.body_rate, args.body_memory),

@@ -80,6 +80,10 @@ pub struct ServeArgs {
     #[arg(long, value_name = "TEXT", default_value = "public, max-age=3600", value_parser = header, help_heading = "Pictures")]
     pub cache_control: String,
 
+    /// Picture (PNG, JPEG, WebP) for an <img> whose path has none: in place of the error, with its status [default: none]
+    #[arg(long, value_name = "FILE", help_heading = "Pictures")]
+    pub fallback: Option<PathBuf>,
+
     /// Options under a name, as in paths: thumb=size:256/view:front; may be repeated. In a file: [preset] thumb = \"...\"
     #[arg(long, value_name = "NAME=OPTIONS", help_heading = "Pictures")]
     pub preset: Vec<String>,

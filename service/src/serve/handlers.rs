@@ -169,7 +169,7 @@ pub(super) fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, 
     let none = || Problem::new(Kind::NotFound, "there is nothing at this path");
     let (signature, signed) = path::signed_part(whole).ok_or_else(none)?;
     // A text that cannot be a path needs no signature to be told so.
-    if !signed.contains("/plain/") {
+    if !path::has_source(signed) {
         return Err(none());
     }
     app.signer.check(signature, signed)?;

@@ -16,6 +16,7 @@ mod disk;
 pub(crate) mod error;
 mod failures;
 mod fair;
+mod fallback;
 mod fetch;
 mod flight;
 mod forwarded;

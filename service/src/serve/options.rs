@@ -19,6 +19,8 @@ pub struct Options {
     keys: BTreeMap<String, Value>,
     camera: BTreeMap<String, Value>,
     size: Option<[u64; 2]>,
+    /// Pixels of the picture for each pixel of the size.
+    dpr: Option<f64>,
     aovs: Vec<String>,
     jpeg_quality: Option<u8>,
     /// Format of the picture.
@@ -79,6 +81,7 @@ impl Options {
             "format" => self.format = Some(format(text)?),
             "name" => self.name = Some(text.to_owned()),
             "size" => self.size = Some(size(text)?),
+            "dpr" => self.dpr = Some(dpr(text)?),
             "width" => self.side(0, text)?,
             "height" => self.side(1, text)?,
             "jpeg_quality" => {
@@ -185,7 +188,17 @@ impl Options {
     /// [`Kind::Options`] if something is out of range, [`Kind::Limit`] if it needs more than the renderer's limits.
     pub fn request(&self, format: OutputFormat, rules: &Rules) -> Result<(PictureRequest, u64), Problem> {
         let mut keys: Map<String, Value> = self.keys.clone().into_iter().collect();
-        if let Some(sides) = self.size {
+        let sides = match self.dpr {
+            None => self.size,
+            Some(dpr) => {
+                let sides = match self.size {
+                    Some(sides) => sides,
+                    None => check(&keys, rules)?.0,
+                };
+                Some(sides.map(|side| (side as f64 * dpr).round() as u64))
+            }
+        };
+        if let Some(sides) = sides {
             let most = u64::from(rules.max_size);
             if sides.iter().any(|side| !(1..=most).contains(side)) {
                 let message =
@@ -201,7 +214,7 @@ impl Options {
         if !is_layered && (self.aovs.len() > 1 || (format != OutputFormat::Png && !self.aovs.is_empty())) {
             return Err(wrong("aov: expected one plane, as PNG, or format=exr, which has layers"));
         }
-        let price = check(&keys, rules)?;
+        let (_, price) = check(&keys, rules)?;
         let quality = self.jpeg_quality.or(rules.jpeg_quality);
         let request = PictureRequest {
             keys,
@@ -215,8 +228,8 @@ impl Options {
     }
 }
 
-/// Finds errors in keys before a model is read. Returns the price of their picture.
-fn check(keys: &Map<String, Value>, rules: &Rules) -> Result<u64, Problem> {
+/// Finds errors in keys before a model is read. Returns the size of their picture and its price.
+fn check(keys: &Map<String, Value>, rules: &Rules) -> Result<([u64; 2], u64), Problem> {
     let mut all = rules.common.clone();
     all.extend(keys.clone());
     let told = |error: DescriptionError| match error {
@@ -229,7 +242,7 @@ fn check(keys: &Map<String, Value>, rules: &Rules) -> Result<u64, Problem> {
     let description = Description::from_json(&Value::Object(all).to_string()).map_err(told)?;
     description.load_options().map_err(told)?;
     let (options, _) = description.options(Machine::default(), &rules.limits).map_err(told)?;
-    Ok(price(&options, description.lights_to_add.len()))
+    Ok(([options.width, options.height].map(u64::from), price(&options, description.lights_to_add.len())))
 }
 
 /// The options of a query or of a form.
@@ -257,6 +270,12 @@ pub fn size(text: &str) -> Result<[u64; 2], Problem> {
     let (width, height) =
         sides.ok_or_else(|| wrong(format!("size: expected N or WIDTHxHEIGHT in pixels, got '{text}'")))?;
     Ok([width, height])
+}
+
+/// Pixels of a screen for each pixel of a page.
+fn dpr(text: &str) -> Result<f64, Problem> {
+    let ratio = text.parse::<f64>().ok().filter(|ratio| (0.1..=8.0).contains(ratio));
+    ratio.ok_or_else(|| wrong(format!("dpr: expected 0.1 to 8, got '{text}'")))
 }
 
 fn format(text: &str) -> Result<OutputFormat, Problem> {
@@ -346,8 +365,22 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn dense_screens_have_more_pixels() {
+        let size = |pairs: &[(&str, &str)]| keys(pairs).unwrap()["size"].clone();
+        assert_eq!(size(&[("size", "64x48"), ("dpr", "2")]), json!([128, 96]));
+        assert_eq!(size(&[("dpr", "1.5"), ("preset", "thumb")]), json!([96, 96]));
+        let whole = keys(&[("size", "512"), ("dpr", "1")]).unwrap();
+        // The size of a request that names none.
+        assert_eq!(size(&[("dpr", "0.5")])[1], json!(whole["size"][1].as_u64().unwrap() / 2));
+        let refused = wrong_of(keys(&[("size", "600"), ("dpr", "2")]).map(drop));
+        assert!(refused.contains("1 to 1024") && refused.contains("1200x1200"), "{refused}");
+    }
+
+    #[test]
     fn what_reads_files_or_is_out_of_range_is_refused() {
         for (key, text, what) in [
+            ("dpr", "9", "0.1 to 8"),
+            ("dpr", "NaN", "0.1 to 8"),
             ("env", "/etc/passwd", "studio or none"),
             ("material", "/etc/x.toml", "no built-in material"),
             ("material", "x.toml", "no built-in material"),

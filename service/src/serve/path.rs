@@ -1,8 +1,11 @@
-//! Paths as imgproxy has them: /{signature}/{options}/plain/{source}@{format}
+//! Paths as imgproxy has them: /{signature}/{options}/plain/{source}@{format}, or with the source in Base64:
+//! /{signature}/{options}/{source}.{format}
 
 use super::error::{Kind, Problem};
 use super::options::Options;
 use super::rules::Rules;
+use base64::Engine;
+use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use overcoat::output::OutputFormat;
 use percent_encoding::percent_decode_str;
 
@@ -25,17 +28,81 @@ pub fn signed_part(path: &str) -> Option<(&str, &str)> {
     Some((signature, &rest[signature.len()..]))
 }
 
+/// Parts of a path that is signed.
+struct Parts<'a> {
+    /// Options, with slashes between them.
+    options: &'a str,
+    source: String,
+    format: Option<&'a str>,
+}
+
+/// True if a path has a source, which only one that was made as such has.
+#[must_use]
+pub fn has_source(path: &str) -> bool {
+    path.contains("/plain/") || starts(path).any(|at| encoded(&path[at..]).is_some())
+}
+
+/// Most options of a path whose source is in Base64.
+const MOST_OPTIONS: usize = 64;
+
+/// Places in a path where the segments of options start, and that of the source.
+fn starts(path: &str) -> impl Iterator<Item = usize> {
+    path.match_indices('/').map(|(at, _)| at + 1).take(MOST_OPTIONS + 1)
+}
+
+/// A source in Base64 of RFC 4648, section 5, with or without padding, cut by slashes wherever one likes, and its format.
+fn encoded(text: &str) -> Option<(String, Option<&str>)> {
+    let (text, format) = match text.rsplit_once('.') {
+        Some((text, format)) => (text, Some(format)),
+        None => (text, None),
+    };
+    let text: String = text.split('/').collect();
+    let bytes = URL_SAFE_NO_PAD.decode(text.trim_end_matches('=')).ok()?;
+    let source = String::from_utf8(bytes).ok()?;
+    let (scheme, _) = source.split_once("://")?;
+    let named = !scheme.is_empty() && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    named.then_some((source, format))
+}
+
+/// Divides a path into its parts.
+fn parts<'a>(path: &'a str, rules: &Rules) -> Result<Option<Parts<'a>>, Problem> {
+    let plain = match path.strip_prefix("/plain/") {
+        Some(source) => Some(("", source)),
+        None => path.split_once("/plain/"),
+    };
+    if let Some((options, source)) = plain {
+        let (source, format) = match source.rsplit_once('@') {
+            Some((before, extension)) if OutputFormat::from_extension(extension).is_some() => {
+                (before, Some(extension))
+            }
+            _ => (source, None),
+        };
+        return Ok(Some(Parts { options, source: decoded(source)?, format }));
+    }
+    // Options have a colon, or are the name of a preset.
+    let is_option = |at: usize| {
+        let segment = path[at..].split('/').next().unwrap_or_default();
+        segment.is_empty() || decoded(segment).is_ok_and(|segment| is_option(&segment, rules))
+    };
+    let start = starts(path).find(|at| !is_option(*at));
+    let found = start.and_then(|at| Some((at, encoded(&path[at..])?)));
+    Ok(found.map(|(at, (source, format))| Parts { options: &path[..at], source, format }))
+}
+
+fn is_option(segment: &str, rules: &Rules) -> bool {
+    segment.contains(':') || rules.presets.contains_key(segment)
+}
+
 /// Reads the part of a path that is signed.
 ///
 /// # Errors
 /// [`Kind::NotFound`] if it is no such path, [`Kind::Options`].
 pub fn read(path: &str, rules: &Rules) -> Result<Asked, Problem> {
-    let none = || Problem::new(Kind::NotFound, "expected /SIGNATURE/OPTIONS/plain/SOURCE@FORMAT");
-    let path = path.strip_prefix('/').ok_or_else(none)?;
-    let (before, source) = match path.strip_prefix("plain/") {
-        Some(source) => ("", source),
-        None => path.split_once("/plain/").ok_or_else(none)?,
+    let none = || {
+        let forms = "/SIGNATURE/OPTIONS/plain/SOURCE@FORMAT or /SIGNATURE/OPTIONS/BASE64.FORMAT";
+        Problem::new(Kind::NotFound, format!("expected {forms}"))
     };
+    let Parts { options: before, source, format } = parts(path, rules)?.ok_or_else(none)?;
     let (mut options, mut expires) = (Options::default(), None);
     for segment in before.split('/').filter(|segment| !segment.is_empty()) {
         let segment = decoded(segment)?;
@@ -45,16 +112,9 @@ pub fn read(path: &str, rules: &Rules) -> Result<Asked, Problem> {
             _ => option(&mut options, &segment, rules)?,
         }
     }
-    let (source, format) = match source.rsplit_once('@') {
-        Some((before, extension)) if OutputFormat::from_extension(extension).is_some() => {
-            (before, Some(extension))
-        }
-        _ => (source, None),
-    };
     if let Some(extension) = format {
         options.set("format", extension, rules)?;
     }
-    let source = decoded(source)?;
     if source.is_empty() || source.contains(char::is_control) {
         return Err(none());
     }
@@ -154,6 +214,24 @@ mod tests {
         assert_eq!((ends("/exp:7/plain/a"), ends("/expires:9/exp:8/plain/a")), (Some(7), Some(8)));
         let short = read("/pr:thumb/rs:fit:100:50/q:80/cb:3/plain/local://a.glb@jpg", &rules()).unwrap();
         assert_eq!(short.options.size(), Some([100, 50]));
+        let encoded = |options: &str, source: &str, cut: usize| {
+            let mut text = URL_SAFE_NO_PAD.encode(source);
+            text.insert(cut, '/');
+            let whole = format!("{options}/{text}.webp");
+            assert!(has_source(&whole), "{whole}");
+            read(&whole, &rules()).unwrap()
+        };
+        let plain = |options: &str, source: &str| read(&format!("{options}/plain/{source}@webp"), &rules());
+        for options in ["", "/size:64", "/thumb", "/thumb/q:80"] {
+            for cut in 1..12 {
+                let source = "local://a b/c@d.glb";
+                assert_eq!(encoded(options, source, cut), plain(options, source).unwrap(), "{options} {cut}");
+            }
+        }
+        assert_eq!(
+            read("/bG9jYWw6Ly9hLmdsYg==", &rules()).unwrap(),
+            read("/plain/local://a.glb", &rules()).unwrap()
+        );
         assert_eq!(signed_part("/abc/size:1/plain/x"), Some(("abc", "/size:1/plain/x")));
         assert_eq!(signed_part("/abc"), None);
     }
@@ -162,6 +240,10 @@ mod tests {
     fn what_is_no_path_is_refused() {
         for (path, kind) in [
             ("/size:1/x.glb", Kind::NotFound),
+            // "a.glb", which is no URL, a format that there is not, and an option behind the source.
+            ("/size:1/YS5nbGI", Kind::NotFound),
+            ("/bG9jYWw6Ly9hLmdsYg.gif", Kind::Options),
+            ("/bG9jYWw6Ly9hLmdsYg/size:1", Kind::NotFound),
             ("/plain/", Kind::NotFound),
             ("/plain/a%00.glb", Kind::NotFound),
             ("/size/plain/a", Kind::Options),

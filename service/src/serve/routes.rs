@@ -3,7 +3,7 @@
 use super::app::App;
 use super::error::{Kind, Problem, Told};
 use super::trace::{Peer, Trace, length};
-use super::{cors, forwarded, handlers, inspect, pages, status};
+use super::{cors, fallback, forwarded, handlers, inspect, pages, path, status};
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, Method, header};
 use axum::middleware::{self, Next};
@@ -23,10 +23,14 @@ const LONGEST_ID: usize = 100;
 /// All routes.
 pub fn router(app: &Arc<App>) -> Router {
     let needs = |is_upload| middleware::from_fn_with_state((Arc::clone(app), is_upload), admit);
+    let pictures = Router::new()
+        .route("/{signature}/{*rest}", get(handlers::path))
+        .route_layer(needs(false))
+        .route_layer(middleware::from_fn_with_state(Arc::clone(app), fallback::answer));
     let paths = Router::new()
         .route("/info/{signature}/{*rest}", get(inspect::of_path))
-        .route("/{signature}/{*rest}", get(handlers::path))
-        .route_layer(needs(false));
+        .route_layer(needs(false))
+        .merge(pictures);
     let mut router = Router::new()
         .route("/formats", get(pages::formats))
         .route("/health", get(pages::health))
@@ -82,7 +86,7 @@ pub fn name(path: &str) -> &'static str {
         "/metrics" => "metrics",
         "/status" | "/status.json" => "status",
         path if path == "/info" || path.starts_with("/info/") => "info",
-        path if path.contains("/plain/") => "path",
+        path if path::has_source(path) => "path",
         _ => "other",
     }
 }

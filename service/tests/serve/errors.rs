@@ -67,6 +67,38 @@ fn what_is_not_there_is_not_found() {
 }
 
 #[test]
+fn pages_get_a_picture_in_place_of_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("none.webp");
+    let picture = b"RIFF\0\0\0\0WEBPVP8L of a test";
+    std::fs::write(&path, picture).unwrap();
+    let models = model_path("");
+    let fallback = path.to_str().unwrap();
+    let service = start(&["--allow-unsigned", "--local", models.to_str().unwrap(), "--fallback", fallback]);
+    let ask = |path: &str, headers: &[(&str, &str)]| service.request("GET", path, headers, &[]);
+    let (img, program) = ([("Sec-Fetch-Dest", "image")], [("Accept", "application/json, image/*;q=0.5")]);
+    for (path, status, kind) in [
+        ("/_/plain/local://none.glb@png", 404, "not_found"),
+        ("/_/size:99999/plain/local://rounded-cube.glb@png", 400, "options"),
+        ("/AAAA/plain/local://rounded-cube.glb@png", 403, "signature"),
+    ] {
+        let answer = ask(path, &img);
+        assert_eq!((answer.status, &answer.body[..]), (status, &picture[..]), "{path}");
+        let header = |name: &str| answer.headers[name].as_str();
+        assert_eq!(
+            ["content-type", "fallback-image", "overcoat-error", "cache-control"].map(header),
+            ["image/webp", "1", kind, "no-store"]
+        );
+        assert_eq!(header("content-length"), picture.len().to_string());
+        assert_eq!(ask(path, &program).error(status).0, kind);
+    }
+    ask("/_/size:16/plain/local://rounded-cube.glb@png", &img).png(16, 16);
+    // Nothing but pictures.
+    assert_eq!(ask("/info/_/plain/local://none.glb", &img).error(404).0, "not_found");
+    assert_eq!(service.metric("overcoat_refusals_total{kind=\"options\"}"), 2.0);
+}
+
+#[test]
 fn methods_are_told() {
     let service = start(&[]);
     let answer = service.get("/render");

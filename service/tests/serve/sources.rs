@@ -1,6 +1,8 @@
 //! Paths: signatures, sources that are allowed, and networks that are not.
 
 use crate::service::{PROGRAM, model, model_path, ok, source_server, start, start_with};
+use base64::Engine;
+use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use std::path::Path;
 
 #[test]
@@ -58,7 +60,13 @@ fn folders_are_left_by_nobody() {
     {
         let answer = service.get(&format!("/_/size:16/plain/{source}@png"));
         assert_eq!(answer.error(403).0, "source", "{source}");
+        let answer = service.get(&format!("/_/size:16/{}.png", URL_SAFE_NO_PAD.encode(source)));
+        let kind = answer.error(answer.status).0;
+        assert!(kind == "source" || kind == "not_found" && source.contains('%'), "{source}: {kind}");
     }
+    let encoded = URL_SAFE_NO_PAD.encode("local://a.obj");
+    let plain = service.get("/_/size:16/plain/local://a.obj@png");
+    assert_eq!(service.get(&format!("/_/size:8/dpr:2/{encoded}.png")).png(16, 16), plain.png(16, 16));
     assert_eq!(service.get("/_/plain/local:///etc/passwd@png").error(404).0, "not_found");
 }
 
