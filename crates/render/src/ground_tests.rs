@@ -7,7 +7,7 @@ use overcoat_scene::{
 };
 
 /// A scene in even white light.
-fn white() -> Scene {
+pub(super) fn white() -> Scene {
     let mut scene = Scene::new();
     let image = EquirectImage::new(64, 32, vec![[1.0; 3]; 64 * 32]).unwrap();
     let source = EnvironmentSource::Image(Arc::new(image));
@@ -15,7 +15,7 @@ fn white() -> Scene {
     scene
 }
 
-fn add(scene: &mut Scene, mesh: overcoat_scene::Mesh, material: Material, at: [f64; 3]) {
+pub(super) fn add(scene: &mut Scene, mesh: overcoat_scene::Mesh, material: Material, at: [f64; 3]) {
     let mesh = scene.add_mesh(mesh).unwrap();
     let material = scene.add_material(material).unwrap();
     let transform = Transform::from_parts(at, [0.0, 0.0, 0.0, 1.0], [1.0; 3]).unwrap();

@@ -11,6 +11,8 @@ mod centered;
 mod environment;
 mod flow;
 #[cfg(test)]
+mod glass_tests;
+#[cfg(test)]
 mod ground_tests;
 #[cfg(test)]
 mod light_limits_tests;

@@ -10,6 +10,9 @@ use overcoat_core::math::lanes::LANES;
 /// Linear, premultiplied.
 type Pixel = [f32; 4];
 
+/// Least opacity of a blurred place whose colour is taken for that of a narrower one: no ratio is beyond all numbers.
+const LEAST_OPACITY: f32 = 1e-9;
+
 /// The opaque picture and its blurred levels.
 #[derive(Debug, Default)]
 pub struct Backdrop {
@@ -70,12 +73,13 @@ impl Backdrop {
         self.levels.first().map_or(0, |first| first.width.max(first.height))
     }
 
-    /// Sixteen places, in pixels right of and below the picture's centre, each blurred by a level of its own (0 sharp, 1
-    /// over about two pixels, 2 over four, clamped to those that there are). Beyond the border the picture goes on as at
+    /// Sixteen places, in pixels right of and below the picture's centre, each blurred by levels of its own, one for colour
+    /// and one for opacity (0 sharp, 1 over about two pixels, 2 over four, clamped to those that there are). Colour is that of
+    /// what is opaque within its level, as much of it as there is within opacity's. Beyond the border the picture goes on as at
     /// the border. Scalar code, so one copy serves every instruction set.
     #[inline(never)]
     #[must_use]
-    pub fn sample(&self, screen: [[f32; LANES]; 2], level: [f32; LANES]) -> [[f32; LANES]; 4] {
+    pub fn sample(&self, screen: [[f32; LANES]; 2], levels: [[f32; LANES]; 2]) -> [[f32; LANES]; 4] {
         let mut out = [[0.0; LANES]; 4];
         let Some(first) = self.levels.first().filter(|_| self.count > 0) else { return out };
         let (half_width, half_height) = (first.width as f32 * 0.5, first.height as f32 * 0.5);
@@ -83,22 +87,39 @@ impl Backdrop {
             let within = |v: f32, half: f32| if v > -half { if v < half { v } else { half } } else { -half };
             let x = within(screen[0][k], half_width) + half_width;
             let y = within(screen[1][k], half_height) + half_height;
-            let last = (self.count - 1) as f32;
-            let level = if level[k] > 0.0 { if level[k] < last { level[k] } else { last } } else { 0.0 };
-            let whole = level as usize;
-            let part = level - whole as f32;
-            let mut pixel = self.read(whole, x, y);
-            if part > 0.0 {
-                let coarser = self.read(whole + 1, x, y);
-                for c in 0..4 {
-                    pixel[c] += (coarser[c] - pixel[c]) * part;
-                }
+            let [level, opacity_level] = levels.map(|levels| self.existing(levels[k]));
+            let mut pixel = self.between(level, x, y);
+            let opacity = pixel[3];
+            if opacity_level < level && opacity > LEAST_OPACITY && opacity < 1.0 {
+                let narrow = self.between(opacity_level, x, y)[3];
+                let ratio = narrow / opacity;
+                pixel = pixel.map(|v| v * ratio);
             }
             for c in 0..4 {
                 out[c][k] = pixel[c];
             }
         }
         out
+    }
+
+    /// The nearest level that there is.
+    fn existing(&self, level: f32) -> f32 {
+        let last = (self.count - 1) as f32;
+        if level > 0.0 { if level < last { level } else { last } } else { 0.0 }
+    }
+
+    /// Two levels mixed at a place of the picture, in pixels from its corner.
+    fn between(&self, level: f32, x: f32, y: f32) -> Pixel {
+        let whole = level as usize;
+        let part = level - whole as f32;
+        let mut pixel = self.read(whole, x, y);
+        if part > 0.0 {
+            let coarser = self.read(whole + 1, x, y);
+            for c in 0..4 {
+                pixel[c] += (coarser[c] - pixel[c]) * part;
+            }
+        }
+        pixel
     }
 
     /// One level at a place of the picture, in pixels from its corner.
@@ -193,7 +214,7 @@ mod tests {
     }
 
     fn at(backdrop: &Backdrop, x: f32, y: f32, level: f32) -> Pixel {
-        let out = backdrop.sample([[x; LANES], [y; LANES]], [level; LANES]);
+        let out = backdrop.sample([[x; LANES], [y; LANES]], [[level; LANES]; 2]);
         out.map(|plane| plane[7])
     }
 
@@ -221,6 +242,36 @@ mod tests {
         let split = backdrop(64, 64, |x, _| if x < 32 { 0.0 } else { 1.0 });
         let [mean, ..] = at(&split, 0.0, 0.0, 99.0);
         assert!((mean - 0.5).abs() < 1e-5, "{mean}");
+    }
+
+    /// A board in the middle of nothing: its colour is blurred widely, its opacity narrowly.
+    #[test]
+    fn opacity_is_that_of_its_own_level() {
+        let mut pixels = vec![[0.0; 4]; 64 * 64];
+        for (k, pixel) in pixels.iter_mut().enumerate() {
+            if (24..40).contains(&(k % 64)) && (24..40).contains(&(k / 64)) {
+                *pixel = [4.0, 0.5, 0.0, 1.0];
+            }
+        }
+        let mut backdrop = Backdrop::default();
+        backdrop.start(64, 64, &pixels);
+        while let Some((last, rows)) = backdrop.halve() {
+            rows.into_iter().enumerate().for_each(|(y, row)| last.halved_row(y, row));
+        }
+        let at = |x: f32, levels: [f32; 2]| {
+            backdrop
+                .sample([[x; LANES], [0.0; LANES]], levels.map(|level| [level; LANES]))
+                .map(|plane| plane[3])
+        };
+        for level in [3.0, 4.5, 6.0, 99.0] {
+            assert!(at(0.0, [level; 2])[3] < 0.9);
+            let [red, green, blue, opacity] = at(0.0, [level, 1.0]);
+            assert!((red - 4.0).abs() < 1e-4 && (green - 0.5).abs() < 1e-5, "{level}: {red} {green}");
+            assert!(blue == 0.0 && (opacity - 1.0).abs() < 1e-6);
+            assert_eq!(at(24.0, [level, 1.0]), [0.0; 4]);
+        }
+        // Opacity is never blurred more than colour.
+        assert_eq!(at(3.0, [2.0, 5.0]), at(3.0, [2.0; 2]));
     }
 
     #[test]

@@ -8,6 +8,8 @@
 //!   the rest of what is behind the picture. The wider the blur, the more of it lies beyond everything opaque: with
 //!   nothing in that place the roughest glass is as dark as the page behind the picture (three.js has white there,
 //!   half transparent).
+//! - How much of what is behind is opaque is asked of a narrower place than its colour ([`OPACITY_ROUGHNESS`]): glass before a
+//!   board shows the board's light, not that of the surroundings which the board hides from it.
 
 use super::effects::Effect;
 use super::record::{get, get_vector, put};
@@ -52,6 +54,21 @@ pub(super) fn refracted_roughness<F: Float>(material: &Material, roughness: F) -
     roughness * if share > 0.0 { if share < 1.0 { share } else { 1.0 } } else { 0.0 }
 }
 
+/// Roughness from which the opacity of the backdrop is blurred less than its colour.
+const OPACITY_ROUGHNESS: f32 = 0.5;
+
+/// Share of the blur that opacity has beyond [`OPACITY_ROUGHNESS`]. The widest is then a tenth of the picture: the lobe of
+/// the roughest glass, about 27 degrees to each side, on a board as far behind it as a tenth of the picture.
+const OPACITY_SHARE: f32 = 0.3;
+
+/// Roughness for whose blur the backdrop's opacity is taken. A blur over the whole picture would say how much of the picture
+/// is opaque, wherever the surface is.
+#[inline(always)]
+fn opacity_roughness<F: Float>(roughness: F) -> F {
+    let beyond = (roughness - OPACITY_ROUGHNESS).at_least(0.0);
+    roughness - beyond * (1.0 - OPACITY_SHARE)
+}
+
 /// Light that is seen through the surface (`getIBLVolumeRefraction`): premultiplied colour, and the opacity of red,
 /// green and blue.
 #[inline(always)]
@@ -68,7 +85,7 @@ fn refracted<L: Lanes>(
     let [roughness, _] = shaded_roughness(l, context, material, planes);
     let [thickness] = get(l, planes, layout::VOLUME_THICKNESS);
     let roughness = refracted_roughness(material, roughness);
-    let level = blur(l, backdrop, roughness).to_array();
+    let levels = [roughness, opacity_roughness(roughness)].map(|r| blur(l, backdrop, r).to_array());
     let scattered = if context.environment.is_dark() { l.zero() } else { roughness };
     let scatters = scattered.gt(l.zero()).any();
     let is_thin = thickness.le(l.zero());
@@ -88,7 +105,7 @@ fn refracted<L: Lanes>(
         let inside = normal * along_normal - view * eta;
         let exit = position + inside * thickness;
         let screen = context.rays.project(l, exit);
-        let seen = backdrop.sample([screen[0].to_array(), screen[1].to_array()], level);
+        let seen = backdrop.sample([screen[0].to_array(), screen[1].to_array()], levels);
         let [r, g, b, mut own_opacity] = each!(k => l.load(&seen[k]));
         let mut own_color = Vec3::new(r, g, b);
         if scatters {
@@ -193,6 +210,39 @@ mod tests {
         };
         assert_eq!([0.0, 0.25, 0.5, 1.0].map(|roughness| opacity(&white, roughness)), [0.0, 0.25, 0.5, 1.0]);
         assert_eq!([0.0, 0.5, 1.0].map(|roughness| opacity(&dark, roughness)), [0.0; 3]);
+    }
+
+    /// Glass before the middle of a board shows the board at every roughness, whatever surrounds it and however small it is.
+    #[test]
+    fn rough_glass_before_a_board_shows_the_board() {
+        const SIDE: usize = 128;
+        let near = |k: usize| k.abs_diff(SIDE / 2) < SIDE / 5;
+        let pixels: Vec<[f32; 4]> = (0..SIDE * SIDE)
+            .map(|k| if near(k % SIDE) && near(k / SIDE) { [0.5, 0.5, 0.5, 1.0] } else { [0.0; 4] })
+            .collect();
+        let mut board = Backdrop::default();
+        board.start(SIDE, SIDE, &pixels);
+        while let Some((last, rows)) = board.halve() {
+            rows.into_iter().enumerate().for_each(|(y, row)| last.halved_row(y, row));
+        }
+        let mut glass = Material::default();
+        glass.lobes.transmission.factor = 1.0.into();
+        for surroundings in [0.001, 4.0] {
+            let surroundings = PrefilteredEnvironment::reference([surroundings; 3]);
+            let light = EnvironmentLight::new(&surroundings, 0.0, 1.0);
+            let context = context(&light);
+            for step in 0..=20 {
+                let mut planes = SurfacePlanes::default();
+                planes.rows[layout::ROUGHNESS.first] = [step as f32 * 0.05; LANES];
+                (planes.rows[layout::NORMAL.first + 2], planes.rows[layout::VIEW.first + 2]) =
+                    ([1.0; LANES], [1.0; LANES]);
+                let effects = Effects { backdrop: Some(&board), ..Effects::default() };
+                overcoat_core::dispatch!(SimdLevel::best(), l => effects.fill(l, &context, &glass, &mut planes));
+                let color = planes.rows[layout::BACKDROP_COLOR.first][3];
+                let opacity = planes.rows[layout::BACKDROP_OPACITY.first][3];
+                assert!((color - 0.5).abs() < 0.01 && opacity > 0.98, "step {step}: {color} {opacity}");
+            }
+        }
     }
 
     /// The planes of its own are filled for materials that refract, and no others are written, at every instruction set alike.

@@ -22,6 +22,7 @@ mod slab;
 mod sliver;
 #[cfg(test)]
 mod tests;
+mod tint_body;
 mod tint_map;
 mod tint_maps;
 mod tinted;

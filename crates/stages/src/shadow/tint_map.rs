@@ -11,6 +11,7 @@ use super::clip::{Corner, clipped};
 use super::depth_map::{DEEPEST, DepthMap, OUTERMOST};
 use super::draw::{candidates, for_each_covered, mean, texels_of};
 use super::slab::Sixteen;
+use super::tint_body::{Body, Reflected, Side};
 use super::tinted::{Crossing, Filter, Tinted};
 use overcoat_core::each;
 use overcoat_core::math::lanes::{LANES, Lanes};
@@ -42,7 +43,7 @@ struct Texel {
     /// The outermost, as maps are drawn.
     depth: f32,
     transmittance: [f32; 3],
-    /// Sum of extinction times depth in units of the world, fronts less backs.
+    /// Sum of extinction times depth in units of the world, fronts less backs, and times what reflected light goes beyond that.
     path: [f32; 3],
     /// Sum of extinction times thickness over fronts.
     thickness: [f32; 3],
@@ -53,6 +54,14 @@ struct Texel {
 impl Texel {
     const EMPTY: Self =
         Self { depth: 0.0, transmittance: [1.0; 3], path: [0.0; 3], thickness: [0.0; 3], balance: 0 };
+
+    /// Counts light that is reflected within a body.
+    fn reflect(&mut self, reflected: Option<Reflected>) {
+        if let Some(Reflected { kept, path }) = reflected {
+            self.transmittance = self.transmittance.map(|t| t * kept);
+            self.path = each!(k => self.path[k] + path[k]);
+        }
+    }
 
     /// The transmittance of all crossings and of the volumes between them.
     fn all(&self) -> [f32; 3] {
@@ -71,6 +80,10 @@ struct Drawing<'a> {
     source: Source,
     size: usize,
     texels: Vec<Texel>,
+    /// For each texel, 1 more than its place among the bodies, 0 without any; empty where no volume bends light.
+    places: Vec<u32>,
+    /// Sides of the volume that is being drawn.
+    bodies: Vec<Body>,
 }
 
 /// A triangle of a filter.
@@ -79,8 +92,8 @@ struct Triangle<'a> {
     number: usize,
     /// Its corners in world space.
     places: &'a [[f32; 3]; 3],
-    /// Facing and transmittance, where they are the same all over it.
-    everywhere: Option<(f32, [f32; 3])>,
+    /// Side and transmittance, where they are the same all over it but for the depth.
+    everywhere: Option<(Side, [f32; 3])>,
 }
 
 impl<'a> Triangle<'a> {
@@ -92,20 +105,21 @@ impl<'a> Triangle<'a> {
         triangle
     }
 
-    /// Facing and transmittance at a place.
-    fn crossed(&self, source: Source, barycentrics: [f32; 3]) -> (f32, [f32; 3]) {
-        let facing = self.facing(source, barycentrics);
+    /// Side and transmittance at a place.
+    fn crossed(&self, source: Source, barycentrics: [f32; 3]) -> (Side, [f32; 3]) {
+        let side = self.side(source, barycentrics);
+        let facing = side.facing;
         let crossing = Crossing {
             triangle: self.number,
             barycentrics,
             cosine: if facing.abs() < 1.0 { facing.abs() } else { 1.0 },
             is_front: facing > 0.0,
         };
-        (facing, self.filter.transmittance(&crossing))
+        (side, self.filter.transmittance(&crossing))
     }
 
-    /// The cosine between the normal and the light at a place: negative where that falls on the back.
-    fn facing(&self, source: Source, barycentrics: [f32; 3]) -> f32 {
+    /// Normal and light at a place: their cosine is negative where light falls on the back.
+    fn side(&self, source: Source, barycentrics: [f32; 3]) -> Side {
         let [a, b, c] = self.places;
         let [u, v] = [relative(*a, *b), relative(*a, *c)];
         let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
@@ -116,8 +130,15 @@ impl<'a> Triangle<'a> {
                 each!(k => position[k] - ((a[k] * w[0] + b[k] * w[1]) + c[k] * w[2]))
             }
         };
-        let lengths = (dot(normal, normal) * dot(towards, towards)).sqrt();
-        if lengths > 0.0 { dot(normal, towards) / lengths } else { 0.0 }
+        let squares = [dot(normal, normal), dot(towards, towards)];
+        let lengths = (squares[0] * squares[1]).sqrt();
+        let facing = if lengths > 0.0 { dot(normal, towards) / lengths } else { 0.0 };
+        let unit = |v: [f32; 3], square: f32| {
+            if square > 0.0 { v.map(|c| c / square.sqrt()) } else { [0.0; 3] }
+        };
+        let is_flat = self.filter.facets.get(self.number).is_some_and(|is_flat| *is_flat);
+        let (normal, towards) = (unit(normal, squares[0]), unit(towards, squares[1]));
+        Side { normal, towards, facing, along: 0.0, is_flat }
     }
 }
 
@@ -138,9 +159,12 @@ pub(super) fn draw<L: Lanes>(
     (size, most): (usize, u64),
     words: &mut [u32],
 ) -> u64 {
-    let mut drawing = Drawing { tinted, frame, source, size, texels: vec![Texel::EMPTY; size * size] };
+    let bends = tinted.filters.iter().any(|filter| !filter.facets.is_empty());
+    let places = vec![0; if bends { size * size } else { 0 }];
+    let texels = vec![Texel::EMPTY; size * size];
+    let mut drawing = Drawing { tinted, frame, source, size, texels, places, bodies: Vec::new() };
     let mut work = 0_u64;
-    for filter in &tinted.filters {
+    for (of, filter) in tinted.filters.iter().enumerate() {
         for first in (0..filter.triangles.len()).step_by(LANES) {
             let mut sixteen = Sixteen([[0.0; LANES]; 9]);
             for (k, triangle) in filter.triangles[first..].iter().take(LANES).enumerate() {
@@ -154,7 +178,7 @@ pub(super) fn draw<L: Lanes>(
             while bits != 0 {
                 let k = bits.trailing_zeros() as usize % LANES;
                 bits &= bits - 1;
-                work = work.saturating_add(drawing.triangle(filter, first + k));
+                work = work.saturating_add(drawing.triangle((of, filter), first + k));
             }
             if work > most {
                 return work;
@@ -167,7 +191,7 @@ pub(super) fn draw<L: Lanes>(
 
 impl Drawing<'_> {
     /// Draws one triangle of a filter.
-    fn triangle(&mut self, filter: &Filter, number: usize) -> u64 {
+    fn triangle(&mut self, (of, filter): (usize, &Filter), number: usize) -> u64 {
         let Some(triangle) = filter.triangles.get(number) else { return 0 };
         let Some(places) = corners_of(&self.tinted.positions, triangle) else { return 0 };
         // Barycentrics of a corner travel as its texture coordinates through clipping.
@@ -178,26 +202,26 @@ impl Drawing<'_> {
         let corners = [corner(0), corner(1), corner(2)];
         let triangle = Triangle::new(filter, number, &places, self.source);
         if self.frame.near > 0.0 {
-            clipped(corners, self.frame.near).map(|corners| self.part(&triangle, &corners)).sum()
+            clipped(corners, self.frame.near).map(|corners| self.part(of, &triangle, &corners)).sum()
         } else {
-            self.part(&triangle, &corners)
+            self.part(of, &triangle, &corners)
         }
     }
 
     /// Draws a part of a triangle that lies where the map is drawn.
-    fn part(&mut self, triangle: &Triangle<'_>, part: &[Corner; 3]) -> u64 {
+    fn part(&mut self, of: usize, triangle: &Triangle<'_>, part: &[Corner; 3]) -> u64 {
         let filter = triangle.filter;
         let corners = part.map(|corner| self.frame.seen(corner.place));
         let Some(ranges) = texels_of(&corners, self.size) else { return 0 };
-        let (frame, source, size) = (self.frame, self.source, self.size);
+        let (frame, source, size, tinted) = (self.frame, self.source, self.size, self.tinted);
         let nearness = if frame.near > 0.0 { corners.map(|corner| corner[2]) } else { [1.0; 3] };
-        let texels = &mut self.texels;
+        let (texels, places, bodies) = (&mut self.texels, &mut self.places, &mut self.bodies);
         for_each_covered(&corners, ranges, |[column, row], w| {
             if !is_owner(&corners, w) {
                 return;
             }
             let depth = mean(w, corners.map(|corner| corner[2]));
-            let (facing, left) = triangle.everywhere.unwrap_or_else(|| {
+            let (side, left) = triangle.everywhere.unwrap_or_else(|| {
                 let own: [f32; 3] = each!(k => w[k] * nearness[k]);
                 let [u, v] = [0, 1].map(|k| mean(own, part.map(|corner| corner.uv[k])));
                 triangle.crossed(source, [u, v, (1.0 - u) - v])
@@ -207,9 +231,17 @@ impl Drawing<'_> {
                 texel.depth = if depth > texel.depth { depth } else { texel.depth };
             }
             texel.transmittance = each!(k => texel.transmittance[k] * left[k]);
+            let along = source.towards_light(frame, size, [column, row], depth);
+            if let Some(place) = places.get_mut(row * size + column).filter(|_| !filter.facets.is_empty()) {
+                if *place == 0 {
+                    bodies.push(Body::NONE);
+                    *place = bodies.len() as u32;
+                }
+                let body = &mut bodies[*place as usize - 1];
+                texel.reflect(body.cross(tinted, of, Side { along, ..side }));
+            }
             if let Some(extinction) = filter.extinction {
-                let along = source.towards_light(frame, size, [column, row], depth);
-                let is_front = facing > 0.0;
+                let is_front = side.facing > 0.0;
                 let sign = if is_front { 1 } else { -1 };
                 texel.balance += sign;
                 texel.path = each!(k => texel.path[k] + extinction[k] * (along * sign as f32));
@@ -220,7 +252,11 @@ impl Drawing<'_> {
         })
     }
 
-    fn pack(&self, words: &mut [u32]) {
+    fn pack(&mut self, words: &mut [u32]) {
+        for (texel, place) in self.texels.iter_mut().zip(&self.places) {
+            let body = (*place as usize).checked_sub(1).and_then(|place| self.bodies.get(place));
+            texel.reflect(body.and_then(|body| body.reflected(self.tinted)));
+        }
         for (texel, words) in self.texels.iter().zip(words.chunks_exact_mut(WORDS)) {
             if texel.depth > 0.0 {
                 let [r, g, b] = texel.all().map(|c| (c * WHOLE + 0.5) as u32);

@@ -4,10 +4,12 @@
 //! straight through, Schlick's F at the angle of incidence and the base colour c. Only fronts are coloured, and both sides of
 //! what is double-sided, like a picture of them: where [`Material::refracts`] the picture shows one of the two surfaces of a
 //! closed body alone, so that each counts by the square root of its colour. A volume absorbs along the way between its
-//! surfaces (`tint_map.rs`). Light is neither bent nor gathered: caustics have the mean brightness of their surroundings.
+//! surfaces (`tint_map.rs`), and reflects a part within (`tint_body.rs`). Light is neither bent nor gathered: caustics have the
+//! mean brightness of their surroundings.
 
 use super::blockers::nearest_texel;
 use super::of_scene::small_level;
+use super::tint_body::facets;
 use overcoat_core::color::srgb::srgb8_to_linear;
 use overcoat_core::each;
 use overcoat_core::limits::{LimitExceeded, Limits};
@@ -58,6 +60,10 @@ pub(super) struct Filter {
     metallic: f32,
     /// Reflectance at normal incidence.
     f0: f32,
+    /// Index of refraction.
+    pub ior: f32,
+    /// Triangles of volumes that bend light: true where the surface is flat. Empty for all others.
+    pub facets: Vec<bool>,
     /// Extinction per unit of length beneath the surface, if there is a volume.
     pub extinction: Option<[f32; 3]>,
     /// Thickness of that volume where the surface is not closed, in units of the world.
@@ -115,6 +121,7 @@ impl Tinted {
         let bytes = instances().fold(0_u64, |sum, instance| {
             let mesh = &scene.meshes()[instance.mesh.index()];
             let of_triangle = size_of::<[u32; 3]>()
+                + size_of::<bool>()
                 + usize::from(!mesh.colors().is_empty()) * size_of::<[[f32; 4]; 3]>()
                 + size_of::<[[[f32; 2]; 3]; IMAGES]>();
             let own = mesh.triangles().len().saturating_mul(of_triangle)
@@ -147,6 +154,7 @@ impl Tinted {
             size_of_val(filter.triangles.as_slice())
                 + size_of_val(filter.colors.as_slice())
                 + size_of_val(filter.uvs.as_slice())
+                + size_of_val(filter.facets.as_slice())
         };
         let lists: usize = self.filters.iter().map(of_filter).sum();
         (lists + size_of_val(self.positions.as_slice())) as u64
@@ -175,8 +183,11 @@ impl Tinted {
         let turned = instance.transform.determinant() < 0.0;
         let ordered = |&[a, b, c]: &[u32; 3]| if turned { [a, c, b] } else { [a, b, c] };
         let corners = || mesh.triangles().iter().map(ordered);
-        let mut filter =
-            Filter { triangles: corners().map(|triangle| triangle.map(|v| v + first)).collect(), ..filter };
+        let mut filter = Filter {
+            triangles: corners().map(|triangle| triangle.map(|v| v + first)).collect(),
+            facets: facets(mesh, material),
+            ..filter
+        };
         if !mesh.colors().is_empty() {
             filter.colors = corners().map(|corners| corners.map(|v| mesh.colors()[v as usize])).collect();
         }
@@ -232,6 +243,8 @@ impl Filter {
             },
             metallic,
             f0: material.dielectric_f0(),
+            ior: material.ior,
+            facets: Vec::new(),
             extinction,
             thickness,
         })

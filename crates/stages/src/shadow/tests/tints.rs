@@ -147,6 +147,39 @@ fn volumes_absorb_along_the_way_through_them() {
     assert_near(through(&scene, UP, [0.3, -2.0, 0.2]), [pow(0.5, 0.25), 1.0, 1.0], 1e-3);
 }
 
+/// No light goes straight through neighbouring sides of a cube of glass: all of it is reflected, through the whole thickness,
+/// and half of it to the other side. Through opposite sides, through a ball and without a change of index it goes on.
+#[test]
+fn light_is_reflected_between_neighbouring_sides() {
+    let through = |mesh: Mesh, ior: f32, color: f32, towards: [f32; 3], place: [f32; 3]| {
+        let mut glass = volume();
+        glass.ior = ior;
+        glass.lobes.transmission.thickness.factor = 2.0;
+        glass.lobes.transmission.attenuation_color[0] = color;
+        transmittance(&maps(&scene_of([(mesh, glass, at(0.0))]), &[towards]), place)
+    };
+    let cube = || primitives::cuboid([2.0; 3]).unwrap();
+    let slant = [0.5_f32.sqrt(), 0.5_f32.sqrt(), 0.0];
+    // By the side at x = 1 into the cube and out of it below, after a way of half the thickness times the root of 2. Schlick
+    // reflects 0.0421 at 45 degrees, at both.
+    let below = [0.0, -1.001, 0.2];
+    let crossed = 0.9579 * 0.9579;
+    for (color, red) in [(0.5, 0.25), (1.0, 1.0)] {
+        let found = through(cube(), 1.5, color, slant, below);
+        assert_near(found, [0.5 * crossed * red, 0.5 * crossed, 0.5 * crossed], 0.02);
+    }
+    // An index of 1 bends nothing.
+    assert_near(through(cube(), 1.0, 1.0, slant, below), [1.0; 3], 0.01);
+    // From above, and by a slant that leaves by the side opposite.
+    assert_near(through(cube(), 1.5, 1.0, UP, [0.3, -1.5, 0.2]), [0.9216; 3], 1e-3);
+    let steep = [0.28, 0.96, 0.0];
+    assert_near(through(cube(), 1.5, 1.0, steep, [-0.3, -1.001, 0.2]), [0.9216; 3], 0.01);
+    // Light leaves a ball by the angle at which it came in.
+    let ball = primitives::sphere(1.0, 64).unwrap();
+    let [red, ..] = through(ball, 1.5, 1.0, UP, [0.7, -1.0, 0.0]);
+    assert!(red > 0.85, "{red}");
+}
+
 #[test]
 fn textures_and_vertex_colours_tint() {
     let texels = vec![[255, 255, 255, 255], [255, 255, 255, 0]];
