@@ -49,6 +49,8 @@ export interface Description {
     /** Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from the model towards the camera [default: three-quarter, or another one from the front and above that shows twice as much]. */
     view?: "three-quarter" | "front" | "back" | "left" | "right" | "top" | "bottom" | (string & {});
   };
+  /** Strength by which concave creases are drawn darker and convex ones lighter, 0 to 2 [default: 1 of parts without colours (STL, 3MF, OBJ, PLY), but in draft; else 0]. */
+  cavity?: number;
   /** Width of the lines of edges in pixels, 0.1 to 64 [default: 1.2 in 512x512, with the root of the shorter side]. */
   edge_width?: number;
   /** Edges that are drawn as dark lines: none, creases (where faces meet at more than 40 degrees) or boundary (and where they end) [default: creases of parts without colours (STL, 3MF, OBJ, PLY); else none]. */
@@ -170,6 +172,8 @@ export interface Description {
   quality?: "draft" | "fast" | "good" | "best";
   /** Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by the tier]. */
   rays?: number;
+  /** Strength by which surfaces are drawn darker towards their outline, 0 to 2 [default: 1 of white models in the studio, but in draft; else 0]. */
+  rim?: number;
   /** Samples a pixel for smooth edges, 1, 4, 8 or 16 [default: 8]. */
   samples?: 1 | 4 | 8 | 16;
   /** Shade every surface at the shading rate, and not only where one shading would show. */

@@ -170,6 +170,10 @@ pub struct Description {
     pub edges: Option<Edges>,
     /// Width of these lines in pixels, 0.1 to 64.
     pub edge_width: Option<f32>,
+    /// Strength by which concave creases are drawn darker and convex ones lighter, 0 to 2. If absent, 1 of parts of clay.
+    pub cavity: Option<f32>,
+    /// Strength by which surfaces are drawn darker towards their outline, 0 to 2. If absent, 1 of white models in the studio.
+    pub rim: Option<f32>,
     /// Width of lines in pixels, 0.1 to 64.
     pub line_width: Option<f32>,
     /// Diameter of points in pixels, 0.1 to 64.

@@ -104,6 +104,8 @@ mod tests {
         merge_angle_deg = 12.5
         edges = "boundary"
         edge_width = 2.0
+        cavity = 0.5
+        rim = 0.25
         line_width = 0.1
         point_size = 2.5
         aov_sample = "nearest"
