@@ -166,6 +166,8 @@ export interface Description {
   note?: unknown;
   /** Pictures of other programs, for readers. */
   peers?: unknown;
+  /** Plate of a 3MF project that is drawn alone, by its number from 1, 1 to 4294967295 [default: all of them, side by side]. */
+  plate?: number;
   /** Diameter of points in pixels, 0.1 to 64 [default: by the distances between them, at least about a pixel; 3 if they are far apart]. */
   point_size?: number;
   /** Quality tier: draft (no shadows), fast (shadows of the environment), good (and light from other surfaces by rays) or best [default: fast; of bench draft]. */

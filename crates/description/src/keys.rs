@@ -153,6 +153,10 @@ pub(super) static SCENE: &[Key<Description>] = &[
             "Its front is then +Z of the file, as in glTF; -Y where +z is up, as in slicers and Blender, +Y where -z is.".to_owned()
         }))
         .in_requests(),
+    scene!("plate", s.plate, Whole(1..=u32::MAX), "Plate of a 3MF project that is drawn alone, by its number from 1")
+        .default("all of them, side by side")
+        .argument(Argument::new(Group::Input, "plate", "N"))
+        .in_requests(),
     scene!(
         "env",
         s.env,

@@ -105,6 +105,8 @@ pub struct Description {
     pub model: Option<PathBuf>,
     /// Up axis of the model file, for example `+z`; what its format has, or the model's shape says, if absent.
     pub up: Option<Axis>,
+    /// Plate of a 3MF project that is drawn alone, from 1; all of them side by side if absent.
+    pub plate: Option<u32>,
     /// Source of the light from afar: `studio`, `none` or the path of an equirectangular picture.
     pub env: Option<EnvironmentChoice>,
     /// Turns the environment about +Y, in degrees, counter-clockwise seen from above.

@@ -80,6 +80,7 @@ mod tests {
         env_rotation_deg = -33.3
         env_intensity = 0.1
         lights = false
+        plate = 3
         animation = 2
         time = 0.25
         loop = true

@@ -138,6 +138,8 @@ class PictureOptions(ViewOptions, total=False):
     """Material of every mesh: the path of a material file, or the name of a built-in one."""
     materials: Mapping[str, Union[Path, Mapping[str, Any]]]
     """Materials by the names of the model's materials that they replace."""
+    plate: int
+    """Plate of a 3MF project that is drawn alone, by its number from 1, 1 to 4294967295 [default: all of them, side by side]."""
     rays: int
     """Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by the tier]."""
     shading_rate: Literal[1, 4, 8, 9, 16]
