@@ -18,7 +18,7 @@ TYPES = HERE / "../python/overcoat/_option_types.py"
 NO_OPTIONS = ("model", "name", "note", "peers", "ground_truth")
 #: Options of `overcoat.render` that a viewport has not: of loading, of light, of a tier.
 NOT_OF_VIEWPORT = (
-    "up animation time loop camera env env_rotation_deg env_intensity lights light material materials maps map_size rays "
+    "up plate animation time loop camera env env_rotation_deg env_intensity lights light material materials maps map_size rays "
     "shading_rate"
 ).split()
 #: Options that take more than a scene file can say.

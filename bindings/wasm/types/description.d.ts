@@ -49,6 +49,8 @@ export interface Description {
     /** Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from the model towards the camera [default: three-quarter, or another one from the front and above that shows twice as much]. */
     view?: "three-quarter" | "front" | "back" | "left" | "right" | "top" | "bottom" | (string & {});
   };
+  /** Strength by which concave creases are drawn darker and convex ones lighter, 0 to 2 [default: 1 of parts without colours (STL, 3MF, OBJ, PLY), but in draft; else 0]. */
+  cavity?: number;
   /** Width of the lines of edges in pixels, 0.1 to 64 [default: 1.2 in 512x512, with the root of the shorter side]. */
   edge_width?: number;
   /** Edges that are drawn as dark lines: none, creases (where faces meet at more than 40 degrees) or boundary (and where they end) [default: creases of parts without colours (STL, 3MF, OBJ, PLY); else none]. */
@@ -164,12 +166,16 @@ export interface Description {
   note?: unknown;
   /** Pictures of other programs, for readers. */
   peers?: unknown;
+  /** Plate of a 3MF project that is drawn alone, by its number from 1, 1 to 4294967295 [default: all of them, side by side]. */
+  plate?: number;
   /** Diameter of points in pixels, 0.1 to 64 [default: by the distances between them, at least about a pixel; 3 if they are far apart]. */
   point_size?: number;
   /** Quality tier: draft (no shadows), fast (shadows of the environment), good (and light from other surfaces by rays) or best [default: fast; of bench draft]. */
   quality?: "draft" | "fast" | "good" | "best";
   /** Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by the tier]. */
   rays?: number;
+  /** Strength by which surfaces are drawn darker towards their outline, 0 to 2 [default: 1 of white models in the studio, but in draft; else 0]. */
+  rim?: number;
   /** Samples a pixel for smooth edges, 1, 4, 8 or 16 [default: 8]. */
   samples?: 1 | 4 | 8 | 16;
   /** Shade every surface at the shading rate, and not only where one shading would show. */

@@ -15,8 +15,8 @@ use std::path::Path;
 pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
     // Faults of textures are reported once they are drawn.
     let textures = TextureLoading::ByNeed;
-    let options =
-        LoadOptions::default().with_variant(args.variant.clone()).with_up(args.up()).with_textures(textures);
+    let options = LoadOptions::default().with_variant(args.variant.clone()).with_textures(textures);
+    let options = options.with_up(args.up()).with_plate(args.plate());
     Ok(ModelSource { path: path.to_owned(), format: format(args, path)?, options })
 }
 

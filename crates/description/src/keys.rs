@@ -153,6 +153,10 @@ pub(super) static SCENE: &[Key<Description>] = &[
             "Its front is then +Z of the file, as in glTF; -Y where +z is up, as in slicers and Blender, +Y where -z is.".to_owned()
         }))
         .in_requests(),
+    scene!("plate", s.plate, Whole(1..=u32::MAX), "Plate of a 3MF project that is drawn alone, by its number from 1")
+        .default("all of them, side by side")
+        .argument(Argument::new(Group::Input, "plate", "N"))
+        .in_requests(),
     scene!(
         "env",
         s.env,
@@ -395,6 +399,28 @@ pub(super) static SCENE: &[Key<Description>] = &[
         .default("1.2 in 512x512, with the root of the shorter side")
         .argument(Argument::new(Group::Picture, "edge-width", "PIXELS"))
         .in_requests(),
+    scene!(
+        "cavity",
+        s.cavity,
+        Number::within("strength", 0.0, 2.0),
+        "Strength by which concave creases are drawn darker and convex ones lighter"
+    )
+    .default("1 of parts without colours (STL, 3MF, OBJ, PLY), but in draft; else 0")
+    .argument(Argument::new(Group::Picture, "cavity", "STRENGTH"))
+    .in_requests(),
+    scene!(
+        "rim",
+        s.rim,
+        Number::within("strength", 0.0, 2.0),
+        "Strength by which surfaces are drawn darker towards their outline"
+    )
+    .default("1 of white models in the studio, but in draft; else 0")
+    .argument(Argument::new(Group::Picture, "rim", "STRENGTH").more(|| {
+        "White stands out from a white page by it. A model is white where four fifths of what is seen of it are of materials whose \
+         base colour is at least sRGB #c0 in all channels, without a texture."
+            .to_owned()
+    }))
+    .in_requests(),
     scene!("line_width", s.line_width, Number::within("pixels", 0.1, 64.0), "Width of lines in pixels")
         .default("1.5")
         .argument(Argument::new(Group::Picture, "line-width", "PIXELS"))

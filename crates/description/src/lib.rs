@@ -105,6 +105,8 @@ pub struct Description {
     pub model: Option<PathBuf>,
     /// Up axis of the model file, for example `+z`; what its format has, or the model's shape says, if absent.
     pub up: Option<Axis>,
+    /// Plate of a 3MF project that is drawn alone, from 1; all of them side by side if absent.
+    pub plate: Option<u32>,
     /// Source of the light from afar: `studio`, `none` or the path of an equirectangular picture.
     pub env: Option<EnvironmentChoice>,
     /// Turns the environment about +Y, in degrees, counter-clockwise seen from above.
@@ -170,6 +172,10 @@ pub struct Description {
     pub edges: Option<Edges>,
     /// Width of these lines in pixels, 0.1 to 64.
     pub edge_width: Option<f32>,
+    /// Strength by which concave creases are drawn darker and convex ones lighter, 0 to 2. If absent, 1 of parts of clay.
+    pub cavity: Option<f32>,
+    /// Strength by which surfaces are drawn darker towards their outline, 0 to 2. If absent, 1 of white models in the studio.
+    pub rim: Option<f32>,
     /// Width of lines in pixels, 0.1 to 64.
     pub line_width: Option<f32>,
     /// Diameter of points in pixels, 0.1 to 64.

@@ -139,6 +139,8 @@ impl Description {
         options.merge_angle = self.merge_angle_degrees.unwrap_or(defaults.merge_angle);
         options.edges = self.edges;
         options.edge_width = self.edge_width;
+        options.cavity = self.cavity;
+        options.rim = self.rim;
         options.line_width = self.line_width.unwrap_or(defaults.line_width);
         options.point_size = self.point_size;
         options.aov_sample = self.aov_sample.unwrap_or_default();

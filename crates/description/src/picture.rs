@@ -133,7 +133,8 @@ impl Description {
     /// # Errors
     /// [`DescriptionError`] if there is a time and no animation, or a time that is none.
     pub fn load_options(&self) -> Result<LoadOptions, DescriptionError> {
-        Ok(LoadOptions::default().with_animation(self.animation_choice()?).with_up(self.up))
+        let options = LoadOptions::default().with_animation(self.animation_choice()?);
+        Ok(options.with_up(self.up).with_plate(self.plate))
     }
 
     /// Puts the parts of a picture together.

@@ -80,6 +80,7 @@ mod tests {
         env_rotation_deg = -33.3
         env_intensity = 0.1
         lights = false
+        plate = 3
         animation = 2
         time = 0.25
         loop = true
@@ -104,6 +105,8 @@ mod tests {
         merge_angle_deg = 12.5
         edges = "boundary"
         edge_width = 2.0
+        cavity = 0.5
+        rim = 0.25
         line_width = 0.1
         point_size = 2.5
         aov_sample = "nearest"

@@ -150,12 +150,34 @@ pub struct Loaded {
     up: Option<Axis>,
     /// The model faces away from the front that goes with that axis.
     is_turned: bool,
+    /// Plates of a 3MF project, in the order of their numbers.
+    plates: Vec<Plate>,
+}
+
+/// Plate of a 3MF project, by what the slicer's settings say.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Plate {
+    /// Number by which [`LoadOptions::plate`] chooses it, from 1.
+    pub number: u32,
+    /// Name that the file gives it, which may be empty.
+    pub name: String,
+    /// Items of the file that lie on it.
+    pub items: usize,
+}
+
+impl Loaded {
+    /// Plates of a 3MF project, in the order of their numbers; none of other files.
+    #[must_use]
+    pub fn plates(&self) -> &[Plate] {
+        &self.plates
+    }
 }
 
 impl From<Scene> for Loaded {
     /// A scene that was made by hand: nothing is lost.
     fn from(scene: Scene) -> Self {
-        Self { scene, warnings: Vec::new(), up: None, is_turned: false }
+        Self { scene, warnings: Vec::new(), up: None, is_turned: false, plates: Vec::new() }
     }
 }
 
@@ -288,6 +310,7 @@ fn read_path(
         && let Some(loaded) = stl::load_file(file, &context)?
     {
         options.refuse()?;
+        options.refuse_plate(Some(Format::Stl))?;
         return Ok((still(loaded, Some(Format::Stl), options), Some(Format::Stl)));
     }
     let input = Input::open(path, limits)?;
@@ -420,6 +443,7 @@ fn read_unpacked(
     }
     if let Some(format) = claim.without_mark(bytes) {
         options.refuse()?;
+        options.refuse_plate(Some(format))?;
         return Ok((
             still(read_meshes(bytes, format, options, context)?, Some(format), options),
             Some(format),
@@ -448,6 +472,7 @@ fn read_unpacked(
     if !matches!(format, Some(Format::Gltf | Format::Glb) | None) {
         options.refuse()?;
     }
+    options.refuse_plate(format)?;
     let loaded = match format {
         Some(Format::Gltf | Format::Glb) => {
             let rig = gltf::read(bytes, options, purpose, context)?;
@@ -481,7 +506,7 @@ fn read_meshes(
         #[cfg(feature = "ply-stl")]
         Format::Ply => ply::load(bytes, context, options.textures),
         #[cfg(feature = "3mf")]
-        Format::ThreeMf => threemf::load(bytes, context, options.textures),
+        Format::ThreeMf => threemf::load(bytes, context, options),
         #[cfg(feature = "more-models")]
         Format::Splat => splats::splat::load(bytes, context),
         #[cfg(feature = "more-models")]

@@ -1,5 +1,5 @@
 //! Choices among the contents of a file: what is loaded where it offers several things.
-use super::LoadError;
+use super::{Format, LoadError};
 use overcoat_scene::{Axis, Orientation};
 
 /// Choices among what a file offers. The default is what the file shows by itself.
@@ -16,6 +16,8 @@ pub struct LoadOptions {
     /// [`Format::orientation`](super::Format::orientation); for OBJ, PLY and STL, which leave it to custom, the other one of +Y
     /// and +Z if the model evidently stands on it ([`Orientation::up_is_by_shape`]).
     pub up: Option<Axis>,
+    /// Plate of a 3MF project, from 1, that is built alone. Default: all of them, side by side.
+    pub plate: Option<u32>,
     /// Time at which the images of textures are decoded. Default: while the file is loaded.
     pub textures: TextureLoading,
 }
@@ -55,6 +57,12 @@ impl LoadOptions {
         Self { animation: animation.into(), ..self }
     }
 
+    /// Options with another [`LoadOptions::plate`].
+    #[must_use]
+    pub fn with_plate(self, plate: impl Into<Option<u32>>) -> Self {
+        Self { plate: plate.into(), ..self }
+    }
+
     /// Options with another [`LoadOptions::up`].
     #[must_use]
     pub fn with_up(self, up: impl Into<Option<Axis>>) -> Self {
@@ -79,10 +87,23 @@ impl LoadOptions {
         Orientation { up: self.up.unwrap_or(of_format.up), ..of_format }
     }
 
-    /// For formats that offer no choices.
+    /// For files of a format without plates, which are all but 3MF.
     ///
     /// # Errors
-    /// [`LoadError::NoSuch`] if something is chosen.
+    /// [`LoadError::NoSuch`] if one is chosen.
+    pub(super) fn refuse_plate(&self, format: Option<Format>) -> Result<(), LoadError> {
+        match self.plate {
+            Some(number) if format != Some(Format::ThreeMf) => {
+                Err(LoadError::no_such(format!("there is no plate {number}: files of this format have none")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// For formats without variants and animations.
+    ///
+    /// # Errors
+    /// [`LoadError::NoSuch`] if one is chosen.
     pub(super) fn refuse(&self) -> Result<(), LoadError> {
         let chosen = [
             ("material variant", self.variant.as_deref()),
@@ -115,5 +136,12 @@ mod tests {
         let error =
             LoadOptions { animation: Some(animation), ..LoadOptions::default() }.refuse().unwrap_err();
         assert!(error.to_string().starts_with("there is no animation 'Walk'"), "{error}");
+        let second = LoadOptions::default().with_plate(2);
+        second.refuse_plate(Some(Format::ThreeMf)).unwrap();
+        for format in [Some(Format::Stl), Some(Format::Glb), None] {
+            let error = second.refuse_plate(format).unwrap_err();
+            assert_eq!(error.to_string(), "there is no plate 2: files of this format have none");
+            LoadOptions::default().refuse_plate(format).unwrap();
+        }
     }
 }

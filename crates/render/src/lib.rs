@@ -23,6 +23,9 @@ mod pick;
 mod picture;
 mod prepared;
 mod projected_box;
+mod relief;
+#[cfg(test)]
+mod relief_tests;
 mod rendered;
 mod setup;
 mod textures;
@@ -289,8 +292,17 @@ impl Renderer {
         let display = display.map(|display| display.for_lights(!scene.lights().is_empty()));
         let display = display.as_ref();
         let (rays_fit, only_planes) = (false, false);
-        let request =
-            Request { jobs, scene, camera, options: &options, display, cancellation, rays_fit, only_planes };
+        let request = Request {
+            jobs,
+            scene,
+            camera,
+            options: &options,
+            display,
+            cancellation,
+            rays_fit,
+            relief: None,
+            only_planes,
+        };
         jobs.on_worker(|| carry_out(memory, &request))
     }
 }

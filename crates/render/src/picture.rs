@@ -28,6 +28,7 @@ use overcoat_tiles::cancel::Cancellation;
 use overcoat_tiles::lamps::LightMemory;
 use overcoat_tiles::mirror::{camera_of_mirror, options_of_mirror};
 use overcoat_tiles::options::{RenderError, RenderOptions};
+use overcoat_tiles::relief::Relief;
 use overcoat_tiles::strips::Planes;
 use overcoat_tiles::tile_pass::default_tile_size;
 use overcoat_tiles::timed_pool::TimedPool;
@@ -47,6 +48,8 @@ pub(super) struct Request<'a> {
     pub cancellation: Option<&'a Cancellation>,
     /// The number of rays was chosen to be within limits.
     pub rays_fit: bool,
+    /// Factors of the light of surfaces, once they are found.
+    pub relief: Option<&'a Relief>,
     /// Nothing of the picture is wanted but planes of the G-buffer.
     pub only_planes: bool,
 }
@@ -101,18 +104,23 @@ impl Memory {
         request: &Request<'_>,
         mut target: Option<(&mut Target<'_>, [u32; 4])>,
     ) -> Result<Drawn, RenderError> {
+        let relief = self.find_relief(request)?;
         let mut without_lost = None;
         let mut options = Cow::Borrowed(request.options);
         let mut passed = None;
         let mut rays_fit = false;
         loop {
             let scene = without_lost.as_ref().unwrap_or(request.scene);
-            let request = Request { scene, options: &options, rays_fit, ..*request };
+            let factors = relief.as_ref().map(|found| &found.factors);
+            let request = Request { scene, options: &options, rays_fit, relief: factors, ..*request };
             let target = target.as_mut().map(|(target, region)| (&mut **target, *region));
             match self.attempt(&request, target) {
                 Ok(mut drawn) => {
                     let light = |limit| ReducedLight { limit, visibility: options.visibility };
                     drawn.stats.reduced_light = passed.map(light).or(drawn.stats.reduced_light);
+                    if let Some(found) = &relief {
+                        drawn.stats.add_cost(&found.cost);
+                    }
                     return Ok(drawn);
                 }
                 Err(Stop::Error(error)) => return Err(error),
@@ -167,7 +175,8 @@ impl Memory {
         let options = options_of_mirror(options);
         // Each of the two pictures finds its own memory again, and the first what it knows of the floor.
         self.swap_with_mirror();
-        let drawn = self.draw(&Request { camera: &camera, options: &options, display: None, ..*request });
+        let own = Request { camera: &camera, options: &options, display: None, relief: None, ..*request };
+        let drawn = self.draw(&own);
         self.swap_with_mirror();
         let Drawn { frame, stats, .. } = drawn?;
         self.prepared.mirror.keep(frame);

@@ -126,6 +126,7 @@ impl FrameMemory {
             reach: &lights.reach,
             show_environment,
             ground: GroundView::new(ground, options, view, mirror),
+            relief: request.relief,
             tints: !show_environment && geometry.states.iter().any(|state| state.transmissive),
             merge: merge_cosine(options.merge_angle),
             finer,

@@ -23,6 +23,7 @@ pub mod options;
 pub mod pass;
 pub mod quality;
 mod reach;
+pub mod relief;
 mod resolve;
 mod shading_order;
 pub mod shading_rate;

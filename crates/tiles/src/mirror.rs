@@ -43,6 +43,8 @@ pub fn options_of_mirror(options: &RenderOptions) -> RenderOptions {
         ground_reflection: 0.0,
         background: Background::Transparent,
         aovs: Vec::new(),
+        cavity: Some(0.0),
+        rim: Some(0.0),
         stage_hashes: false,
         ..options.clone()
     }

@@ -74,6 +74,14 @@ pub struct RenderOptions {
     pub edges: Option<Edges>,
     /// Width of the lines of edges in pixels, 0.1 to 64. `None`: 1.2 in a picture of 512 x 512, with the root of the shorter side.
     pub edge_width: Option<f32>,
+    /// Strength by which concave creases are drawn darker and convex ones lighter, 0 to 2. `None`: 1 of surfaces whose material has
+    /// [`Material::has_edges`](overcoat_scene::Material::has_edges), unless [`RenderOptions::visibility`] is off. Surfaces that are
+    /// blended, let light through or are unlit stay as they are.
+    pub cavity: Option<f32>,
+    /// Strength by which surfaces are drawn darker towards their outline, 0 to 2. `None`: 1 where four fifths of what is seen are
+    /// white, without a texture, and lit by the studio alone, so that white stands out from a white page; else 0, and where
+    /// [`RenderOptions::visibility`] is off.
+    pub rim: Option<f32>,
     /// Occlusion of the environment's light.
     pub visibility: Visibility,
     /// Floor under the model.
@@ -120,6 +128,8 @@ impl Default for RenderOptions {
             point_size: None,
             edges: None,
             edge_width: None,
+            cavity: None,
+            rim: None,
             visibility: Quality::default().visibility(),
             ground: if Quality::default().visibility().is_on() { Ground::Shadow } else { Ground::None },
             ground_under: None,
@@ -252,6 +262,18 @@ impl RenderOptions {
     #[must_use]
     pub fn with_edge_width(self, edge_width: Option<f32>) -> Self {
         Self { edge_width, ..self }
+    }
+
+    /// The same with another [`RenderOptions::cavity`].
+    #[must_use]
+    pub fn with_cavity(self, cavity: Option<f32>) -> Self {
+        Self { cavity, ..self }
+    }
+
+    /// The same with another [`RenderOptions::rim`].
+    #[must_use]
+    pub fn with_rim(self, rim: Option<f32>) -> Self {
+        Self { rim, ..self }
     }
 
     /// Width of the lines of edges in pixels.
@@ -391,6 +413,11 @@ impl RenderOptions {
         for (name, width) in widths.into_iter().filter_map(|(name, width)| Some((name, width?))) {
             if !(0.1..=64.0).contains(&width) {
                 return Err(option(name, width.to_string(), "0.1 to 64 pixels"));
+            }
+        }
+        for (name, strength) in [("cavity", self.cavity), ("rim", self.rim)] {
+            if let Some(strength) = strength.filter(|strength| !(0.0..=2.0).contains(strength)) {
+                return Err(option(name, strength.to_string(), "0 to 2"));
             }
         }
         check_visibility(&self.visibility)?;

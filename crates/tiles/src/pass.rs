@@ -4,6 +4,7 @@ use super::draws::DrawState;
 use super::ground_pixels::GroundView;
 use super::light_filter::Neighbourhood;
 use super::reach::Reach;
+use super::relief::Relief;
 use super::shading_rate::Finer;
 use super::splats::SplatScene;
 use super::work::Work;
@@ -41,6 +42,8 @@ pub struct FrameContext<'a> {
     pub show_environment: bool,
     /// The floor, if it is seen.
     pub ground: Option<GroundView<'a>>,
+    /// Factors of the light of opaque surfaces, if any differ from 1.
+    pub relief: Option<&'a Relief>,
     /// Something may tint what is behind the picture.
     pub tints: bool,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.

@@ -234,6 +234,14 @@ pub fn shade_fragments<L: Lanes>(
                 Vec3::splat(l, [0.0; 3])
             } else {
                 let radiance = shade(l, context, of.model, of.material, planes);
+                let radiance = match frame.relief {
+                    Some(relief) => {
+                        let (corner, opaque) = (input.tile.corner, input.opaque);
+                        let factors = relief.factors(corner, batch, frame.shade.draws, indices, opaque);
+                        radiance * l.load(&factors)
+                    }
+                    None => radiance,
+                };
                 if of.material.transmits() {
                     add_transmitted(l, context, &of, planes, indices, radiance, out)
                 } else {

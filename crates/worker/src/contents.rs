@@ -2,7 +2,7 @@
 
 use crate::failure::{Failure, file_name};
 use crate::report::{UpReport, Versions};
-use overcoat_load::{AnimatedModel, AnimationInfo, Context, Format, LoadError, LoadOptions, Loaded};
+use overcoat_load::{AnimatedModel, AnimationInfo, Context, Format, LoadError, LoadOptions, Loaded, Plate};
 use overcoat_scene::parameters::slots;
 use overcoat_scene::{
     AlphaMode, ColorSpace, Light, LightKind, Material, PrimitiveKind, Projection, Scene, SplatCloud,
@@ -41,6 +41,8 @@ pub struct Contents {
     animations: Vec<Animation>,
     /// Names of the material variants.
     variants: Vec<String>,
+    /// Plates of a 3MF project.
+    plates: Vec<PlateInfo>,
     warnings: Vec<String>,
     versions: Versions,
 }
@@ -107,6 +109,14 @@ struct CameraInfo {
 }
 
 #[derive(Debug, Serialize)]
+struct PlateInfo {
+    number: u32,
+    name: String,
+    /// Items of the file that lie on it.
+    items: usize,
+}
+
+#[derive(Debug, Serialize)]
 struct Animation {
     name: String,
     /// To the last key frame; absent if the file does not tell.
@@ -163,6 +173,7 @@ impl Contents {
             cameras: describe_cameras(scene),
             animations: describe_animations(model),
             variants: model.variants().map(str::to_owned).collect(),
+            plates: loaded.plates().iter().map(describe_plate).collect(),
             warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
             versions: Versions::default(),
         }
@@ -254,8 +265,16 @@ impl Contents {
         for (k, name) in self.variants.iter().enumerate() {
             let _ = writeln!(out, "  variant {k} '{}'", name.escape_debug());
         }
+        for PlateInfo { number, name, items } in &self.plates {
+            let things = if *items == 1 { "item" } else { "items" };
+            let _ = writeln!(out, "  plate {number} '{}': {items} {things}", name.escape_debug());
+        }
         out
     }
+}
+
+fn describe_plate(plate: &Plate) -> PlateInfo {
+    PlateInfo { number: plate.number, name: plate.name.clone(), items: plate.items }
 }
 
 fn describe_animations(model: &AnimatedModel) -> Vec<Animation> {

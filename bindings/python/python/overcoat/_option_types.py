@@ -73,6 +73,8 @@ class ViewOptions(TypedDict, total=False):
     """Integration of the reflections of rectangles and tubes: ltc, as engines do, or facets, slower and within 1 percent [default: ltc]."""
     background: str
     """Background: transparent, env, #rrggbb (the # may be left out) or a colour name [default: transparent, of .jpg white]."""
+    cavity: float
+    """Strength by which concave creases are drawn darker and convex ones lighter, 0 to 2 [default: 1 of parts without colours (STL, 3MF, OBJ, PLY), but in draft; else 0]."""
     edge_width: float
     """Width of the lines of edges in pixels, 0.1 to 64 [default: 1.2 in 512x512, with the root of the shorter side]."""
     edges: Edges
@@ -91,6 +93,8 @@ class ViewOptions(TypedDict, total=False):
     """Diameter of points in pixels, 0.1 to 64 [default: by the distances between them, at least about a pixel; 3 if they are far apart]."""
     quality: Quality
     """Quality tier: draft (no shadows), fast (shadows of the environment), good (and light from other surfaces by rays) or best [default: fast; of bench draft]."""
+    rim: float
+    """Strength by which surfaces are drawn darker towards their outline, 0 to 2 [default: 1 of white models in the studio, but in draft; else 0]."""
     samples: Literal[1, 4, 8, 16]
     """Samples a pixel for smooth edges, 1, 4, 8 or 16 [default: 8]."""
     shade_everywhere: bool
@@ -134,6 +138,8 @@ class PictureOptions(ViewOptions, total=False):
     """Material of every mesh: the path of a material file, or the name of a built-in one."""
     materials: Mapping[str, Union[Path, Mapping[str, Any]]]
     """Materials by the names of the model's materials that they replace."""
+    plate: int
+    """Plate of a 3MF project that is drawn alone, by its number from 1, 1 to 4294967295 [default: all of them, side by side]."""
     rays: int
     """Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by the tier]."""
     shading_rate: Literal[1, 4, 8, 9, 16]

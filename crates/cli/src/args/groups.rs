@@ -251,8 +251,18 @@ impl InputArgs {
     /// The axis of the model file that is up, if one is given.
     #[must_use]
     pub fn up(&self) -> Option<Axis> {
+        self.description().up
+    }
+
+    /// The plate of a 3MF project that is read alone, if one is given.
+    #[must_use]
+    pub fn plate(&self) -> Option<u32> {
+        self.description().plate
+    }
+
+    fn description(&self) -> Description {
         let mut description = Description::default();
         self.options.apply(&mut description);
-        description.up
+        description
     }
 }

@@ -2,7 +2,8 @@
 
 use super::DecodeError;
 use super::exr_samples::{ExrPicture, ExrPlane, ExrSamples};
-use super::openexr::{FORMAT, check_compression, for_each_block, read_meta, side};
+use super::exr_sampling::fill_between;
+use super::openexr::{FORMAT, File, floats, for_each_block, for_each_run, side};
 use exr::block::UncompressedBlock;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
@@ -12,20 +13,14 @@ use overcoat_core::limits::Limits;
 ///
 /// # Errors
 /// [`DecodeError`] if the file is damaged or asks for more than the limits allow, and for what cannot be compared pixel
-/// by pixel: deep data, subsampled channels, layers of different sizes.
+/// by pixel: deep data, layers of different sizes. Channels with fewer samples than pixels have means of them between.
 pub(super) fn read_exr_planes(bytes: &[u8], limits: &Limits) -> Result<ExrPicture, DecodeError> {
-    let meta = read_meta(bytes, limits)?;
+    let file = File::open(bytes, limits)?;
+    let meta = &file.meta;
     let first = meta.headers.first().ok_or_else(|| DecodeError::malformed(FORMAT, "no layer"))?;
     let size = first.layer_size;
     let mut decoded_bytes = 0_u64;
     for header in &meta.headers {
-        check_compression(header)?;
-        if header.deep {
-            return Err(DecodeError::unsupported(FORMAT, "deep data"));
-        }
-        if header.channels.list.iter().any(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
-            return Err(DecodeError::unsupported(FORMAT, "subsampled channels"));
-        }
         if header.layer_size != size {
             return Err(DecodeError::unsupported(FORMAT, "layers of different sizes"));
         }
@@ -43,11 +38,17 @@ pub(super) fn read_exr_planes(bytes: &[u8], limits: &Limits) -> Result<ExrPictur
 
     let mut layers: Vec<Vec<ExrPlane>> = meta.headers.iter().map(empty_planes).collect();
     for_each_block(
-        bytes,
-        &meta,
+        &file,
         |_| true,
         |index, block| copy(meta.headers.get(index)?, block, layers.get_mut(index)?),
     )?;
+    for (header, planes) in meta.headers.iter().zip(&mut layers) {
+        for (channel, plane) in header.channels.list.iter().zip(planes) {
+            if let ExrSamples::Half(values) | ExrSamples::Float(values) = &mut plane.samples {
+                fill_between(values, size.width(), [channel.sampling.x(), channel.sampling.y()]);
+            }
+        }
+    }
     let planes = layers.into_iter().flatten().collect();
     Ok(ExrPicture { width: side(size.width())?, height: side(size.height())?, planes })
 }
@@ -69,39 +70,24 @@ fn empty_planes(header: &Header) -> Vec<ExrPlane> {
     header.channels.list.iter().map(plane).collect()
 }
 
-/// Copies the samples of a block to their places. Rows follow each other, in each the channels one by one.
+/// Copies the samples of a block to their places.
 fn copy(header: &Header, block: &UncompressedBlock, planes: &mut [ExrPlane]) -> Option<()> {
-    let (width, index) = (header.layer_size.width(), &block.index);
-    let (x, columns) = (index.pixel_position.x(), index.pixel_size.width());
-    if x.checked_add(columns)? > width {
-        return None;
-    }
-    let mut rest = &block.data[..];
-    for y in 0..index.pixel_size.height() {
-        let start = index.pixel_position.y().checked_add(y)?.checked_mul(width)?.checked_add(x)?;
-        let row = start..start.checked_add(columns)?;
-        for (channel, plane) in header.channels.list.iter().zip(planes.iter_mut()) {
-            let from = rest.split_off(..columns.checked_mul(channel.sample_type.bytes_per_sample())?)?;
-            // Blocks come in this machine's byte order.
-            match &mut plane.samples {
-                ExrSamples::Half(to) => {
-                    let to = to.get_mut(row.clone())?;
-                    to.iter_mut()
-                        .zip(from.as_chunks().0)
-                        .for_each(|(t, &v)| *t = half::f16::from_ne_bytes(v).to_f32());
-                }
-                ExrSamples::Float(to) => {
-                    let to = to.get_mut(row.clone())?;
-                    to.iter_mut().zip(from.as_chunks().0).for_each(|(t, &v)| *t = f32::from_ne_bytes(v));
-                }
-                ExrSamples::Unsigned(to) => {
-                    let to = to.get_mut(row.clone())?;
-                    to.iter_mut().zip(from.as_chunks().0).for_each(|(t, &v)| *t = u32::from_ne_bytes(v));
-                }
+    let width = header.layer_size.width();
+    for_each_run(header, block, |number, [x, y], bytes| {
+        let channel = header.channels.list.get(number)?;
+        let (step, start) = (channel.sampling.x().max(1), y.checked_mul(width)?.checked_add(x)?);
+        match &mut planes.get_mut(number)?.samples {
+            ExrSamples::Half(to) | ExrSamples::Float(to) => {
+                floats(channel.sample_type, bytes, to.get_mut(start..)?.iter_mut().step_by(step));
+            }
+            ExrSamples::Unsigned(to) => {
+                let to = to.get_mut(start..)?.iter_mut().step_by(step);
+                // Blocks come in this machine's byte order.
+                to.zip(bytes.as_chunks().0).for_each(|(t, &v)| *t = u32::from_ne_bytes(v));
             }
         }
-    }
-    Some(())
+        Some(())
+    })
 }
 
 #[cfg(test)]

@@ -20,8 +20,16 @@
 
 mod error;
 #[cfg(feature = "exr")]
+mod exr_b44;
+#[cfg(feature = "exr")]
+mod exr_chroma;
+#[cfg(feature = "exr")]
 mod exr_planes;
 mod exr_samples;
+#[cfg(feature = "exr")]
+mod exr_sampling;
+#[cfg(all(test, feature = "exr"))]
+mod exr_tests;
 mod jpeg;
 mod motion;
 #[cfg_attr(not(feature = "exr"), path = "without_exr.rs")]

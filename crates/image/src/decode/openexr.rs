@@ -4,16 +4,20 @@
 //! the coordinates in chunks, and ends in an assertion where they lie (1.74: a tile of another level).
 
 use super::error::quoted;
+use super::exr_b44;
+use super::exr_chroma::{ChromaLayer, weights};
 use super::exr_samples::{ExrColors, Projection};
+use super::exr_sampling::{bytes_of_rows, is_subsampled, restore, without_sampling};
 use super::{DecodeError, check_size};
-use exr::block::UncompressedBlock;
-use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock};
+use exr::block::{BlockIndex, UncompressedBlock};
 use exr::compression::Compression;
 use exr::meta::MetaData;
 use exr::meta::attribute::{Chromaticities, EnvironmentMap, SampleType};
 use exr::meta::header::Header;
 use overcoat_core::color::primaries::Primaries;
 use overcoat_core::limits::Limits;
+use std::borrow::Cow;
 use std::io::Cursor;
 
 /// Name of the format in messages.
@@ -21,30 +25,54 @@ pub const FORMAT: &str = "OpenEXR";
 
 /// The picture, with what its file says of its colours and its directions.
 pub fn read(bytes: &[u8], limits: &Limits) -> Result<ExrColors, DecodeError> {
-    let meta = read_meta(bytes, limits)?;
-    let layer = Layer::choose(&meta)?;
-    check_compression(layer.header)?;
-    let (width, height) = (layer.header.layer_size.width(), layer.header.layer_size.height());
-    let mut pixels = vec![[0.0; 3]; layer.header.layer_size.area()];
-    for_each_block(bytes, &meta, |index| index == layer.index, |_, block| layer.copy(block, &mut pixels))?;
+    let file = File::open(bytes, limits)?;
+    let layer = Colors::choose(&file.meta)?;
+    let header = layer.header();
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
     // Some programs write what is common to all layers into the first one alone.
-    let first = meta.headers.first();
-    let chromaticities = layer.header.shared_attributes.chromaticities;
+    let first = file.meta.headers.first();
+    let chromaticities = header.shared_attributes.chromaticities;
     let chromaticities = chromaticities.or_else(|| first?.shared_attributes.chromaticities);
-    let projection = layer.header.own_attributes.environment_map;
+    let primaries = chromaticities.map(primaries);
+    let projection = header.own_attributes.environment_map;
+    let pixels = match &layer {
+        Colors::Rgb(layer) => layer.read(&file)?,
+        Colors::Chroma(layer) => layer.read(&file, weights(primaries))?,
+    };
     Ok(ExrColors {
         width: side(width)?,
         height: side(height)?,
         pixels,
-        primaries: chromaticities.map(primaries),
+        primaries,
         projection: projection.or_else(|| first?.own_attributes.environment_map).map(|projection| {
             match projection {
                 EnvironmentMap::LatitudeLongitude => Projection::LatitudeLongitude,
                 EnvironmentMap::Cube => Projection::Cube,
             }
         }),
-        warning: differs_between_machines(layer.header),
+        warning: differs_between_machines(header),
     })
+}
+
+/// The first layer with colours.
+enum Colors<'a> {
+    Rgb(Layer<'a>),
+    Chroma(ChromaLayer<'a>),
+}
+
+impl<'a> Colors<'a> {
+    fn choose(meta: &'a MetaData) -> Result<Self, DecodeError> {
+        Layer::choose(meta)
+            .map(Self::Rgb)
+            .or_else(|error| ChromaLayer::choose(meta).map(Self::Chroma).ok_or(error))
+    }
+
+    fn header(&self) -> &'a Header {
+        match self {
+            Self::Rgb(layer) => layer.header,
+            Self::Chroma(layer) => layer.header,
+        }
+    }
 }
 
 /// The attribute `chromaticities`, whatever its numbers are.
@@ -54,20 +82,33 @@ fn primaries(attribute: Chromaticities) -> Primaries {
     Primaries { red, green, blue, white }
 }
 
-/// The headers alone first: opening all allocates tables of the size that they claim.
-pub(super) fn read_meta(bytes: &[u8], limits: &Limits) -> Result<MetaData, DecodeError> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(explain)?;
-    for header in &meta.headers {
-        check_layer(header, bytes.len(), limits)?;
-    }
-    Ok(meta)
+/// A file whose headers are read and held against the limits.
+pub(super) struct File<'a> {
+    /// Bytes of the file, with headers that the crate takes.
+    bytes: Cow<'a, [u8]>,
+    /// Headers as the file has them.
+    pub meta: MetaData,
 }
 
-/// B44 is rare, and the decoder (exr 1.74) overflows where a file is damaged, which ends debug builds.
-pub(super) fn check_compression(header: &Header) -> Result<(), DecodeError> {
-    match header.compression {
-        Compression::B44 | Compression::B44A => Err(DecodeError::unsupported(FORMAT, "B44 compression")),
-        _ => Ok(()),
+impl<'a> File<'a> {
+    /// Reads the headers alone first: opening all allocates tables of the size that they claim.
+    pub fn open(bytes: &'a [u8], limits: &Limits) -> Result<Self, DecodeError> {
+        // Bit 11 of the version field: *OpenEXR File Layout*, "Version Field".
+        if bytes.get(5).is_some_and(|flags| flags & 0x08 != 0) {
+            return Err(DecodeError::unsupported(FORMAT, "deep data, several samples a pixel"));
+        }
+        let (bytes, factors) = match without_sampling(bytes) {
+            Some((changed, factors)) => (Cow::Owned(changed), factors),
+            None => (Cow::Borrowed(bytes), Vec::new()),
+        };
+        let mut meta = MetaData::read_from_buffered(Cursor::new(&*bytes), false).map_err(explain)?;
+        for (header, factors) in meta.headers.iter_mut().zip(&factors) {
+            restore(header, factors)?;
+        }
+        for header in &meta.headers {
+            check_layer(header, bytes.len(), limits)?;
+        }
+        Ok(Self { bytes, meta })
     }
 }
 
@@ -85,27 +126,111 @@ fn differs_between_machines(header: &Header) -> Option<String> {
 /// Unpacks the blocks of the layers that are wanted, of their largest level, and hands each with the number of its
 /// layer to `copy`, which returns `None` for a block that does not lie within the picture.
 pub(super) fn for_each_block(
-    bytes: &[u8],
-    meta: &MetaData,
+    file: &File<'_>,
     wanted: impl Fn(usize) -> bool,
     mut copy: impl FnMut(usize, &UncompressedBlock) -> Option<()>,
 ) -> Result<(), DecodeError> {
-    let reader = exr::block::read(Cursor::new(bytes), false).map_err(explain)?;
+    let reader = exr::block::read(Cursor::new(&*file.bytes), false).map_err(explain)?;
     let chunks = reader.all_chunks(false).map_err(explain)?;
+    let mut meta = file.meta.clone();
     for (number, chunk) in chunks.enumerate() {
         let chunk = chunk.map_err(explain)?;
         // Smaller levels of the same picture have tiles of their own.
         let small = matches!(&chunk.compressed_block, CompressedBlock::Tile(t) if t.coordinates.level_index.0 != 0
             || t.coordinates.level_index.1 != 0);
         let index = chunk.layer_index;
-        let Some(header) = meta.headers.get(index).filter(|_| wanted(index) && !small) else { continue };
+        let Some(header) = file.meta.headers.get(index).filter(|_| wanted(index) && !small) else { continue };
         check_dwa_chunk(number, &chunk, header)?;
-        let block = UncompressedBlock::decompress_chunk(chunk, meta, false).map_err(explain)?;
+        let block = unpacked(chunk, header, &mut meta)?
+            .ok_or_else(|| DecodeError::malformed(FORMAT, format!("chunk {number} is damaged")))?;
         copy(index, &block).ok_or_else(|| {
             DecodeError::malformed(FORMAT, format!("chunk {number} does not lie within the picture"))
         })?;
     }
     Ok(())
+}
+
+/// Unpacks a chunk. `meta` is a copy of the headers of its file; `None` if the chunk is not what its header says.
+fn unpacked(
+    chunk: Chunk,
+    header: &Header,
+    meta: &mut MetaData,
+) -> Result<Option<UncompressedBlock>, DecodeError> {
+    let is_b44 = matches!(header.compression, Compression::B44 | Compression::B44A);
+    if !is_b44 && !is_subsampled(header) {
+        return UncompressedBlock::decompress_chunk(chunk, meta, false).map(Some).map_err(explain);
+    }
+    let tile = header.get_block_data_indices(&chunk.compressed_block).map_err(explain)?;
+    let place = header.get_absolute_block_pixel_coordinates(tile).map_err(explain)?;
+    place.validate(Some(header.layer_size)).map_err(explain)?;
+    let position = place.position.to_usize("chunk").map_err(explain)?;
+    let (size, y) = (place.size, position.y());
+    if is_b44 {
+        let (CompressedBlock::ScanLine(CompressedScanLineBlock { compressed_pixels_le: packed, .. })
+        | CompressedBlock::Tile(CompressedTileBlock { compressed_pixels_le: packed, .. })) =
+            &chunk.compressed_block
+        else {
+            return Ok(None);
+        };
+        let index = BlockIndex {
+            layer: chunk.layer_index,
+            pixel_position: position,
+            pixel_size: size,
+            level: tile.level_index,
+        };
+        let data = exr_b44::unpack(packed, header, y, size.width(), size.height());
+        return Ok(data.map(|data| UncompressedBlock { index, data }));
+    }
+    // The decoder multiplies this number by that of the pixels: it is a whole one, as rows and columns go in pairs where samples do.
+    let (bytes, pixels) = (bytes_of_rows(header, y, size.height()), size.area().max(1));
+    let Some(copy) = meta.headers.get_mut(chunk.layer_index).filter(|_| bytes.is_multiple_of(pixels)) else {
+        return Err(DecodeError::unsupported(
+            FORMAT,
+            "channels of these types with fewer samples than pixels",
+        ));
+    };
+    copy.channels.bytes_per_pixel = bytes.checked_div(pixels).unwrap_or(0);
+    UncompressedBlock::decompress_chunk(chunk, meta, false).map(Some).map_err(explain)
+}
+
+/// Hands the samples of a block on, row by row, in each channel by channel: with the number of the channel and the column and row of
+/// the first. Channels with fewer samples have none in some rows. `None` if the block does not hold them, or `take` returns it.
+pub(super) fn for_each_run(
+    header: &Header,
+    block: &UncompressedBlock,
+    mut take: impl FnMut(usize, [usize; 2], &[u8]) -> Option<()>,
+) -> Option<()> {
+    let index = &block.index;
+    let (x, columns) = (index.pixel_position.x(), index.pixel_size.width());
+    if x.checked_add(columns)? > header.layer_size.width() {
+        return None;
+    }
+    let mut rest = &block.data[..];
+    for y in 0..index.pixel_size.height() {
+        let y = index.pixel_position.y().checked_add(y)?;
+        for (number, channel) in header.channels.list.iter().enumerate() {
+            if y.checked_rem(channel.sampling.y())? != 0 {
+                continue;
+            }
+            let samples = columns.checked_div(channel.sampling.x())?;
+            let run = rest.split_off(..samples.checked_mul(channel.sample_type.bytes_per_sample())?)?;
+            take(number, [x, y], run)?;
+        }
+    }
+    Some(())
+}
+
+/// Writes samples, which are in this machine's byte order, as floats.
+pub(super) fn floats<'t>(kind: SampleType, bytes: &[u8], targets: impl Iterator<Item = &'t mut f32>) {
+    match kind {
+        SampleType::F16 => {
+            targets.zip(bytes.as_chunks().0).for_each(|(t, &v)| *t = half::f16::from_ne_bytes(v).to_f32());
+        }
+        SampleType::F32 => targets.zip(bytes.as_chunks().0).for_each(|(t, &v)| *t = f32::from_ne_bytes(v)),
+        SampleType::U32 => {
+            targets.zip(bytes.as_chunks().0).for_each(|(t, &v)| *t = u32::from_ne_bytes(v) as f32);
+        }
+    }
 }
 
 /// A width or height as other pictures have it.
@@ -134,7 +259,9 @@ impl<'a> Layer<'a> {
                         .is_some_and(|last| last.eq_ignore_ascii_case(wanted))
                 })
             };
-            let of = |wanted: &str| find(wanted).or_else(|| find("Y"));
+            // With chroma, luminance is no grey.
+            let is_grey = find("RY").is_none() || find("BY").is_none();
+            let of = |wanted: &str| find(wanted).or_else(|| find("Y").filter(|_| is_grey));
             let whole = channels.iter().all(|c| c.sampling.0 == 1 && c.sampling.1 == 1);
             if let (Some(r), Some(g), Some(b), true, false) = (of("R"), of("G"), of("B"), whole, header.deep)
             {
@@ -149,39 +276,26 @@ impl<'a> Layer<'a> {
         ))
     }
 
-    /// Copies the samples of a block to their places. Rows follow each other, in each the channels one by one.
-    fn copy(&self, block: &UncompressedBlock, pixels: &mut [[f32; 3]]) -> Option<()> {
-        let (width, index) = (self.header.layer_size.width(), &block.index);
-        let (x, columns) = (index.pixel_position.x(), index.pixel_size.width());
-        let mut rest = &block.data[..];
-        for y in 0..index.pixel_size.height() {
-            let start = index.pixel_position.y().checked_add(y)?.checked_mul(width)?.checked_add(x)?;
-            if x.checked_add(columns)? > width {
-                return None;
-            }
-            let row = pixels.get_mut(start..start.checked_add(columns)?)?;
-            for (number, channel) in self.header.channels.list.iter().enumerate() {
-                let samples =
-                    rest.split_off(..columns.checked_mul(channel.sample_type.bytes_per_sample())?)?;
-                // One channel may stand for several: grey for all three.
-                for k in self.rgb.iter().enumerate().filter(|(_, c)| **c == number).map(|(k, _)| k) {
-                    let targets = row.iter_mut().filter_map(|pixel| pixel.get_mut(k));
-                    // Blocks come in this machine's byte order.
-                    match channel.sample_type {
-                        SampleType::F16 => targets
-                            .zip(samples.as_chunks().0)
-                            .for_each(|(t, &v)| *t = half::f16::from_ne_bytes(v).to_f32()),
-                        SampleType::F32 => {
-                            targets.zip(samples.as_chunks().0).for_each(|(t, &v)| *t = f32::from_ne_bytes(v));
-                        }
-                        SampleType::U32 => targets
-                            .zip(samples.as_chunks().0)
-                            .for_each(|(t, &v)| *t = u32::from_ne_bytes(v) as f32),
+    /// Colours, row by row.
+    fn read(&self, file: &File<'_>) -> Result<Vec<[f32; 3]>, DecodeError> {
+        let (width, mut pixels) =
+            (self.header.layer_size.width(), vec![[0.0; 3]; self.header.layer_size.area()]);
+        for_each_block(
+            file,
+            |index| index == self.index,
+            |_, block| {
+                for_each_run(self.header, block, |channel, [x, y], bytes| {
+                    let kind = self.header.channels.list.get(channel)?.sample_type;
+                    let row = pixels.get_mut(y.checked_mul(width)?.checked_add(x)?..)?;
+                    // One channel may stand for several: grey for all three.
+                    for k in self.rgb.iter().enumerate().filter(|(_, c)| **c == channel).map(|(k, _)| k) {
+                        floats(kind, bytes, row.iter_mut().filter_map(|pixel| pixel.get_mut(k)));
                     }
-                }
-            }
-        }
-        Some(())
+                    Some(())
+                })
+            },
+        )?;
+        Ok(pixels)
     }
 }
 
@@ -303,8 +417,6 @@ mod tests {
     #[test]
     fn limits_and_damage_are_errors() {
         let bytes = encode(Compression::ZIP16, true);
-        let b44 = read(&encode(Compression::B44, true), &Limits::default());
-        assert!(matches!(b44, Err(DecodeError::Unsupported { .. })));
         for (compression, warned) in [(Compression::DWAA(None), true), (Compression::PIZ, false)] {
             let picture = read(&encode(compression, true), &Limits::default()).unwrap();
             assert_eq!(picture.warning.is_some(), warned, "{compression:?}");
@@ -341,7 +453,7 @@ mod tests {
 
     #[test]
     fn damaged_files_of_every_compression_end_in_a_picture_or_an_error() {
-        use Compression::{DWAA, DWAB, PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
+        use Compression::{B44, B44A, DWAA, DWAB, PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
         let limits = Limits::default().with_texture_pixels(1 << 16).with_decoded_bytes(1 << 22);
         let mut state = 1_u64;
         let mut next = |below: usize| {
@@ -351,7 +463,7 @@ mod tests {
             state ^= state << 17;
             (state % below as u64) as usize
         };
-        for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ, PXR24, DWAA(None), DWAB(None)] {
+        for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ, PXR24, DWAA(None), DWAB(None), B44, B44A] {
             for half in [false, true] {
                 let intact = encode(compression, half);
                 assert!(read(&intact, &limits).is_ok(), "{compression:?}");

@@ -27,7 +27,7 @@ use super::mesh_formats::{add_placed, check_input, finish};
 use super::origin::{Origin, load_about};
 use super::warnings::Warnings;
 use super::warnings::counted;
-use super::{Context, LoadError, Loaded, TextureLoading};
+use super::{Context, LoadError, LoadOptions, Loaded, TextureLoading};
 use crate::archive::{Archive, part_name};
 use crate::xml::{Xml, text_of};
 use look::Looks;
@@ -48,13 +48,9 @@ const OTHER: &str = "of the type 'other', which is not built";
 const DEEPEST: u64 = 1024;
 
 /// Reads a package: the model part that it begins with, and what that refers to.
-pub(crate) fn load(
-    bytes: &[u8],
-    context: &Context<'_>,
-    loading: TextureLoading,
-) -> Result<Loaded, LoadError> {
+pub(crate) fn load(bytes: &[u8], context: &Context<'_>, options: &LoadOptions) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    load_about(|region| load_in(bytes, region.is_some(), context, loading))
+    load_about(|region| load_in(bytes, region.is_some(), context, options))
 }
 
 /// Reads a package, about an origin of its own if its model is far away.
@@ -62,7 +58,7 @@ fn load_in(
     bytes: &[u8],
     far: bool,
     context: &Context<'_>,
-    loading: TextureLoading,
+    options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
     let archive = Archive::open(FORMAT, bytes, context.limits, &mut warnings)?;
@@ -79,9 +75,13 @@ fn load_in(
         elements: 0,
     };
     package.model(&start, context, &mut budget, &mut warnings)?;
+    let plates = settings.plates();
+    if let (Some(number), Some(first)) = (options.plate, package.models.first_mut()) {
+        plates::choose(number, &plates, &mut first.build, &settings)?;
+    }
     let mut builder = Builder {
         context,
-        loading,
+        loading: options.textures,
         package,
         settings,
         looks: Looks::default(),
@@ -95,9 +95,11 @@ fn load_in(
         everything: false,
     };
     builder.build()?;
-    builder.put_plates_side_by_side()?;
+    if options.plate.is_none() {
+        builder.put_plates_side_by_side()?;
+    }
     let only_others = builder.left_out.keys().all(|&reason| reason == OTHER);
-    if builder.scene.instances().is_empty() && only_others {
+    if builder.scene.instances().is_empty() && only_others && options.plate.is_none() {
         builder.build_everything()?;
     }
     for (what, count) in std::mem::take(&mut builder.left_out) {
@@ -108,7 +110,7 @@ fn load_in(
     if far && bounds.is_far() {
         builder.scene.move_origin(bounds.round_center());
     }
-    Ok(finish(builder.scene, builder.warnings.finish()))
+    Ok(Loaded { plates, ..finish(builder.scene, builder.warnings.finish()) })
 }
 
 /// The name of the part that the model begins with.
@@ -361,6 +363,8 @@ impl Builder<'_> {
     }
 }
 
+#[cfg(test)]
+mod plate_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! Plates of a slicer's project, which lie a printer's width apart in the file: put side by side.
+//! Plates of a slicer's project, which lie a printer's width apart in the file: put side by side, or one of them chosen.
 
 use super::model::Reference;
 use super::slicer::Settings;
-use crate::LoadError;
+use crate::{LoadError, Plate};
 use overcoat_scene::{Bounds, Scene};
 use std::collections::BTreeMap;
 
@@ -12,11 +12,45 @@ const GAP: f64 = 0.1;
 /// Number of what lies on no plate: behind all.
 const NO_PLATE: u32 = u32::MAX;
 
-/// The plate of each item that is built; empty for files without plates.
-pub(super) fn of_items(build: &[Reference], settings: &Settings) -> Vec<u32> {
-    if !settings.has_plates() {
-        return Vec::new();
+/// Leaves those items in a list that lie on the plate of a number.
+///
+/// # Errors
+/// [`LoadError::NoSuch`] with the plates that there are, or if there is nothing on the one that is asked for.
+pub(super) fn choose(
+    number: u32,
+    plates: &[Plate],
+    build: &mut Vec<Reference>,
+    settings: &Settings,
+) -> Result<(), LoadError> {
+    let count = plates.len();
+    let Some(plate) = plates.iter().find(|plate| plate.number == number) else {
+        let last = plates.last().map_or(0, |plate| plate.number);
+        let found = match count {
+            0 => "the file has no plates".to_owned(),
+            1 => format!("the file has 1 plate, {last}"),
+            // They are numbered from 1 without a gap, but where a file has lost some.
+            _ if last as usize == count => format!("the file has {count} plates, 1 to {last}"),
+            _ => format!("the file has {count} plates, the last of them {last}"),
+        };
+        return Err(LoadError::no_such(format!("there is no plate {number}: {found}")));
+    };
+    let on = plates_of(build, settings);
+    let mut on = on.iter();
+    build.retain(|_| on.next() == Some(&number));
+    if build.is_empty() {
+        let Plate { number, .. } = plate;
+        return Err(LoadError::no_such(format!("there is nothing on plate {number} of {count}")));
     }
+    Ok(())
+}
+
+/// The plate of each item that is built; empty for files in which all lie on one.
+pub(super) fn of_items(build: &[Reference], settings: &Settings) -> Vec<u32> {
+    if settings.has_plates() { plates_of(build, settings) } else { Vec::new() }
+}
+
+/// The plate of each item that is built.
+fn plates_of(build: &[Reference], settings: &Settings) -> Vec<u32> {
     let mut instances: BTreeMap<u32, u32> = BTreeMap::new();
     let plate = |item: &Reference| {
         let instance = instances.entry(item.object).or_default();

@@ -7,15 +7,19 @@
 
 use super::FORMAT;
 use super::property::color;
-use crate::LoadError;
 use crate::archive::Archive;
 use crate::budget::Budget;
 use crate::warnings::Warnings;
 use crate::xml::{Tag, Xml, index, text_of};
+use crate::{LoadError, Plate};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Filaments of one file; printers have up to 16 or so.
 const FILAMENTS: usize = 256;
+
+/// Characters of a plate's name that are kept.
+const LONGEST_NAME: usize = 64;
 
 /// Settings of a part of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +58,8 @@ pub(super) struct Settings {
     filaments: Vec<[f32; 4]>,
     /// Numbers of plates, by the object that an item builds and the number of items of it before.
     plates: BTreeMap<(u32, u32), u32>,
+    /// Plates by their numbers, those with nothing on them too.
+    listed: BTreeMap<u32, Plate>,
 }
 
 /// Reason why a part of this kind is not drawn; `None` if it is drawn.
@@ -140,12 +146,20 @@ impl Settings {
     /// `<plate><metadata key="plater_id" value="1"/><model_instance>...</model_instance></plate>`.
     fn read_plate(&mut self, xml: &mut Xml<'_>, budget: &mut Budget) -> Result<(), LoadError> {
         // Plates without a number follow those before.
-        let mut plate = self.plates.values().max().map_or(1, |last| last.saturating_add(1));
+        let mut plate = self.listed.keys().last().map_or(1, |last| last.saturating_add(1));
+        let mut name = String::new();
         let mut items = Vec::new();
+        budget.charge(|| "3MF: the slicer's settings".to_owned(), 1, 256)?;
         xml.children(|xml, tag| {
             budget.charge(|| "3MF: the slicer's settings".to_owned(), 1, 64)?;
             match tag.name() {
-                "metadata" => value_of(tag, "plater_id", &mut plate),
+                "metadata" => {
+                    value_of(tag, "plater_id", &mut plate);
+                    if tag.attribute("key").as_deref() == Some("plater_name") {
+                        name =
+                            tag.attribute("value").unwrap_or_default().chars().take(LONGEST_NAME).collect();
+                    }
+                }
                 "model_instance" => {
                     let (mut object, mut instance) = (0, 0);
                     xml.children(|_, tag| {
@@ -159,8 +173,17 @@ impl Settings {
             }
             Ok(())
         })?;
+        let listed = self.listed.entry(plate).or_default();
+        listed.number = plate;
+        if listed.name.is_empty() {
+            listed.name = name;
+        }
         for item in items {
-            self.plates.entry(item).or_insert(plate);
+            // An item lies on the first plate that names it.
+            if let Entry::Vacant(free) = self.plates.entry(item) {
+                free.insert(plate);
+                listed.items = listed.items.saturating_add(1);
+            }
         }
         Ok(())
     }
@@ -193,6 +216,11 @@ impl Settings {
         let settled = self.objects.get(&of.owner).and_then(|settled| settled.parts.get(&id));
         let (left_out, extruder) = settled.copied().unwrap_or((None, None));
         Part { left_out, extruder: extruder.or(printed_by), owner: of.owner }
+    }
+
+    /// The plates, in the order of their numbers.
+    pub(super) fn plates(&self) -> Vec<Plate> {
+        self.listed.values().cloned().collect()
     }
 
     /// True if items lie on different plates.

@@ -44,7 +44,7 @@ const RELATIONS: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <Relationship Target=\"/3D/a.model\" Id=\"r0\" \
     Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>";
 
-const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" \
+pub(super) const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" \
     xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" \
     xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\" \
     xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" \
@@ -73,7 +73,7 @@ fn package(model: &str) -> Vec<u8> {
 
 fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
     let context = Context { resolver: &NoResolver, limits, jobs: &Jobs::new(1) };
-    let mut loaded = load(bytes, &context, TextureLoading::Whole)?;
+    let mut loaded = load(bytes, &context, &LoadOptions::default())?;
     loaded.scene.stand_up(Format::ThreeMf.orientation());
     Ok(loaded)
 }
