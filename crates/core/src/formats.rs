@@ -60,6 +60,8 @@ pub const THREE_DS: FileFormat = format("3DS", &["3ds"], "model/x-3ds");
 pub const FBX: FileFormat = format("FBX", &["fbx"], "model/x-fbx");
 /// Universal Scene Description: package, binary, text.
 pub const USD: FileFormat = format("USD", &["usdz", "usdc", "usda", "usd"], "model/vnd.usdz+zip");
+/// Additive Manufacturing File Format.
+pub const AMF: FileFormat = format("AMF", &["amf"], "model/x-amf");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

@@ -47,10 +47,8 @@ const BEGINNINGS: [(&[u8], &str); 39] = [
 ];
 
 /// Outermost elements of XML files.
-const ROOTS: [(&[u8], &str); 7] = [
+const ROOTS: [(&[u8], &str); 5] = [
     (b"<X3D", "an X3D file"),
-    (b"<amf", "an AMF file"),
-    (b"<AMF", "an AMF file"),
     (b"<svg", "an SVG picture"),
     (b"<html", "a web page"),
     (b"<HTML", "a web page"),
@@ -104,9 +102,8 @@ fn well_known(bytes: &[u8]) -> Option<&'static str> {
 fn packed(bytes: &[u8]) -> Cow<'static, str> {
     let names = archive::names(bytes, 4096);
     let ends = |end: &str| names.iter().any(|name| name.ends_with(end));
-    let Some(first) = names.first() else { return "a ZIP archive that is damaged or not complete".into() };
-    if first.ends_with(".amf") {
-        return "an AMF file".into();
+    if names.is_empty() {
+        return "a ZIP archive that is damaged or not complete".into();
     }
     if ends("document.xml") && ends(".brp") {
         return "a FreeCAD file".into();
