@@ -35,7 +35,7 @@ pub enum Format {
     Pcd,
     /// Point clouds as lines of text.
     Xyz,
-    /// Point clouds of laser scans.
+    /// Point clouds of laser scans (LAS, LAZ).
     Las,
     /// Scans of Leica Cyclone.
     Ptx,
@@ -51,6 +51,8 @@ pub enum Format {
     Usd,
     /// Additive Manufacturing File Format.
     Amf,
+    /// Compressed Gaussian splats of PlayCanvas.
+    Sog,
 }
 
 impl Format {
@@ -76,6 +78,7 @@ impl Format {
         Self::Fbx,
         Self::Usd,
         Self::Amf,
+        Self::Sog,
     ];
 
     /// Its name in messages.
@@ -101,6 +104,7 @@ impl Format {
             Self::Fbx => "FBX",
             Self::Usd => "USD",
             Self::Amf => "AMF",
+            Self::Sog => "SOG",
         }
     }
 
@@ -128,6 +132,7 @@ impl Format {
             Self::Fbx => formats::FBX,
             Self::Usd => formats::USD,
             Self::Amf => formats::AMF,
+            Self::Sog => formats::SOG,
         }
     }
 
@@ -150,7 +155,7 @@ impl Format {
             Self::Gltf | Self::Glb | Self::Fbx => of(Axis::PositiveY, true),
             Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Amf | Self::Vox => of(Axis::PositiveZ, true),
             Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
-            Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
+            Self::Splat | Self::Ksplat | Self::Sog => of(Axis::NegativeY, false),
             Self::Obj | Self::Collada | Self::Usd | Self::Ply | Self::Off | Self::Spz => {
                 of(Axis::PositiveY, false)
             }
@@ -221,6 +226,8 @@ impl Format {
             #[cfg(feature = "more-models")]
             if usd::is_package(&names) {
                 return Some(Self::Usd);
+            } else if splats::sog::is_bundle(&names) {
+                return Some(Self::Sog);
             }
             return names.iter().any(is_model).then_some(Self::ThreeMf);
         }
@@ -250,6 +257,10 @@ impl Format {
             && text.get(..4096).unwrap_or(text).windows(8).any(|word| word == b"<COLLADA")
         {
             return Some(Self::Collada);
+        }
+        #[cfg(feature = "more-models")]
+        if splats::sog::is_one(text) {
+            return Some(Self::Sog);
         }
         if text.starts_with(b"{") {
             return Some(Self::Gltf);

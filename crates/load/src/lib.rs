@@ -503,6 +503,8 @@ fn read_meshes(
         #[cfg(feature = "more-models")]
         Format::Collada => collada::load(bytes, context, options.textures),
         #[cfg(feature = "more-models")]
+        Format::Sog => splats::sog::load(bytes, context),
+        #[cfg(feature = "more-models")]
         Format::Amf => amf::load(bytes, context),
         #[cfg(feature = "more-models")]
         Format::Vox => vox::load(bytes, context),
