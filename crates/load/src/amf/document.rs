@@ -10,6 +10,7 @@ use crate::{Context, LoadError};
 use overcoat_core::color::srgb::srgb_to_linear;
 use overcoat_core::limits::Limits;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Vertices and triangles that are charged at once.
 const CHARGED: usize = 4096;
@@ -147,10 +148,11 @@ impl<'a> Reader<'a> {
             _ => Ok(()),
         })?;
         check_mesh(self.context, self.triangles, self.vertices)?;
-        if document.objects.contains_key(&id) {
-            self.left_out(&format!("there are two objects {id}: the first is drawn"));
-        } else {
-            document.objects.insert(id, object);
+        match document.objects.entry(id) {
+            Entry::Vacant(place) => drop(place.insert(object)),
+            Entry::Occupied(_) => {
+                self.left_out(&format!("there are two objects {id}: the first is drawn"));
+            }
         }
         Ok(())
     }

@@ -191,11 +191,14 @@ pub(super) fn chunk<'a>(
     Some(rest)
 }
 
+/// Models of the colours of a channel, and the last one.
+type Painted = (Colors, [u16; 3]);
+
 /// The channels of a chunk, and the colours beside them.
 struct Channels {
     list: [Option<Box<Channel>>; 4],
     at: usize,
-    colors: [Option<Box<(Colors, [u16; 3])>>; 4],
+    colors: [Option<Box<Painted>>; 4],
     color_at: usize,
 }
 

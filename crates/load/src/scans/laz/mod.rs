@@ -58,7 +58,7 @@ impl Records {
 }
 
 /// The part of the file that describes the compression.
-fn description<'a>(bytes: &'a [u8], header: usize) -> Option<&'a [u8]> {
+fn description(bytes: &[u8], header: usize) -> Option<&[u8]> {
     let count = u32_at(bytes, 100)?;
     let mut rest = bytes.get(header..)?;
     for _ in 0..count {
