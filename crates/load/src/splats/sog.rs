@@ -163,7 +163,7 @@ impl Pictures<'_> {
         Ok(decode(&found.bytes, &header).map_err(damaged)?.image)
     }
 
-    /// The same for a picture of which each texel is a splat.
+    /// A picture of which each texel is a splat.
     fn of_splats(&mut self, files: &[String], place: usize, what: &str) -> Result<Image, LoadError> {
         let image = self.read(files, place, what)?;
         let there = image.texels().len();

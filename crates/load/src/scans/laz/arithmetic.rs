@@ -203,7 +203,7 @@ impl<'a> Decoder<'a> {
         self.symbol_of(slot.get_or_insert_with(|| Symbols::new(symbols)))
     }
 
-    /// The same for symbols that are bytes.
+    /// A symbol that is a byte.
     pub(super) fn symbol_byte(&mut self, models: &mut Models, place: usize) -> u8 {
         self.symbol(models, place) as u8
     }

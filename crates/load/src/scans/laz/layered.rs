@@ -40,7 +40,7 @@ struct Point {
     channel: u8,
     class: u8,
     intensity: u16,
-    /// Its time is another one than that of the point before.
+    /// True where the time is another one than that of the point before.
     moved_on: bool,
 }
 
