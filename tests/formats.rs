@@ -117,6 +117,20 @@ fn collada() -> Vec<u8> {
     .into_bytes()
 }
 
+fn amf() -> Vec<u8> {
+    let mut text =
+        "<?xml version=\"1.0\"?>\n<amf unit=\"meter\"><object id=\"1\"><mesh><vertices>\n".to_owned();
+    for [x, y, z] in VERTICES {
+        let numbers = format!("<x>{x}</x><y>{y}</y><z>{z}</z>");
+        writeln!(text, "<vertex><coordinates>{numbers}</coordinates></vertex>").unwrap();
+    }
+    text += "</vertices><volume>\n";
+    for [a, b, c] in TRIANGLES {
+        writeln!(text, "<triangle><v1>{a}</v1><v2>{b}</v2><v3>{c}</v3></triangle>").unwrap();
+    }
+    (text + "</volume></mesh></object></amf>\n").into_bytes()
+}
+
 fn fbx() -> Vec<u8> {
     let points: Vec<String> = VERTICES.iter().flatten().map(ToString::to_string).collect();
     // The last corner of a polygon is written as its complement.
@@ -222,6 +236,7 @@ fn one_shape_is_the_same_in_every_format() {
         (collada(), Format::Collada),
         (fbx(), Format::Fbx),
         (usd(), Format::Usd),
+        (amf(), Format::Amf),
     ] {
         assert_eq!(Format::detect(&bytes), Some(format));
         let loaded = load(&bytes, format).unwrap();
@@ -306,6 +321,7 @@ fn seeds() -> Vec<(Vec<u8>, Option<Format>)> {
         (threemf_of(threemf_model().as_bytes()), Some(Format::ThreeMf)),
         (off(), Some(Format::Off)),
         (collada(), Some(Format::Collada)),
+        (amf(), Some(Format::Amf)),
         (fbx(), Some(Format::Fbx)),
         (usd(), Some(Format::Usd)),
         (hdr(), None),

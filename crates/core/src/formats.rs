@@ -46,8 +46,8 @@ pub const OFF: FileFormat = format("OFF", &["off"], "model/x-off");
 pub const PCD: FileFormat = format("PCD", &["pcd"], "model/x-pcd");
 /// Point clouds as lines of text.
 pub const XYZ: FileFormat = format("XYZ", &["xyz", "pts"], "model/x-xyz");
-/// Point clouds of laser scans.
-pub const LAS: FileFormat = format("LAS", &["las"], "model/x-las");
+/// Point clouds of laser scans, compressed or not.
+pub const LAS: FileFormat = format("LAS", &["las", "laz"], "model/x-las");
 /// Scans of Leica Cyclone.
 pub const PTX: FileFormat = format("PTX", &["ptx"], "model/x-ptx");
 /// COLLADA.
@@ -60,6 +60,10 @@ pub const THREE_DS: FileFormat = format("3DS", &["3ds"], "model/x-3ds");
 pub const FBX: FileFormat = format("FBX", &["fbx"], "model/x-fbx");
 /// Universal Scene Description: package, binary, text.
 pub const USD: FileFormat = format("USD", &["usdz", "usdc", "usda", "usd"], "model/vnd.usdz+zip");
+/// Additive Manufacturing File Format.
+pub const AMF: FileFormat = format("AMF", &["amf"], "model/x-amf");
+/// Compressed Gaussian splats of PlayCanvas.
+pub const SOG: FileFormat = format("SOG", &["sog"], "model/x-sog");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

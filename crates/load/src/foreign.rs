@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// First bytes of files in other formats, and the name for messages: common model formats first, then containers and
 /// files that are mistaken for models.
-const BEGINNINGS: [(&[u8], &str); 39] = [
+const BEGINNINGS: [(&[u8], &str); 40] = [
     (b"BLENDER", "a Blender file"),
     (b"ISO-10303-21", "a STEP file"),
     (b"#VRML", "a VRML file"),
@@ -28,6 +28,7 @@ const BEGINNINGS: [(&[u8], &str); 39] = [
     (b"Version 10", "a JT model"),
     (b"DRACO", "a Draco mesh without the glTF around it"),
     (b"ID3;", "an ID3 model"),
+    (b"ASTM-E57", "an E57 scan: convert it to LAS, PTX or PLY first"),
     (b"b3dm", "a tile of 3D Tiles"),
     (b"i3dm", "a tile of 3D Tiles"),
     (b"\x1f\x8b", "compressed by gzip: unpack it first"),
@@ -47,10 +48,8 @@ const BEGINNINGS: [(&[u8], &str); 39] = [
 ];
 
 /// Outermost elements of XML files.
-const ROOTS: [(&[u8], &str); 7] = [
+const ROOTS: [(&[u8], &str); 5] = [
     (b"<X3D", "an X3D file"),
-    (b"<amf", "an AMF file"),
-    (b"<AMF", "an AMF file"),
     (b"<svg", "an SVG picture"),
     (b"<html", "a web page"),
     (b"<HTML", "a web page"),
@@ -104,9 +103,8 @@ fn well_known(bytes: &[u8]) -> Option<&'static str> {
 fn packed(bytes: &[u8]) -> Cow<'static, str> {
     let names = archive::names(bytes, 4096);
     let ends = |end: &str| names.iter().any(|name| name.ends_with(end));
-    let Some(first) = names.first() else { return "a ZIP archive that is damaged or not complete".into() };
-    if first.ends_with(".amf") {
-        return "an AMF file".into();
+    if names.is_empty() {
+        return "a ZIP archive that is damaged or not complete".into();
     }
     if ends("document.xml") && ends(".brp") {
         return "a FreeCAD file".into();
@@ -127,13 +125,14 @@ mod tests {
         iges[72..80].copy_from_slice(b"S      1");
         let mut tar = [0; 512];
         tar[257..262].copy_from_slice(b"ustar");
-        let cases: [(&[u8], &str); 11] = [
+        let cases: [(&[u8], &str); 12] = [
             (b"BLENDER-v300", "a Blender file"),
             (b"ISO-10303-21;\nHEADER;", "a STEP file"),
             (b"\x1f\x8b\x08\0", "compressed by gzip: unpack it first"),
             (b"PK\x03\x04\0\0", "a ZIP archive that is damaged or not complete"),
             (b"\xef\xbb\xbf<?xml version='1.0'?>\n<X3D>", "an X3D file"),
             (b"<!DOCTYPE HTML><p>", "a web page"),
+            (b"ASTM-E57\x01\0\0\0", "an E57 scan: convert it to LAS, PTX or PLY first"),
             (b"<a/>", "an XML file"),
             (b"FORM\0\0\0\0LWO2", "a LightWave model"),
             (

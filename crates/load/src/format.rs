@@ -3,7 +3,7 @@ use super::archive;
 use super::gltf;
 use super::text::{is_text, without_mark};
 #[cfg(feature = "more-models")]
-use super::{fbx, off, scans, splats, three_ds, usd};
+use super::{amf, fbx, off, scans, splats, three_ds, usd};
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_scene::{Axis, Orientation};
 
@@ -35,7 +35,7 @@ pub enum Format {
     Pcd,
     /// Point clouds as lines of text.
     Xyz,
-    /// Point clouds of laser scans.
+    /// Point clouds of laser scans (LAS, LAZ).
     Las,
     /// Scans of Leica Cyclone.
     Ptx,
@@ -49,6 +49,10 @@ pub enum Format {
     Fbx,
     /// Universal Scene Description.
     Usd,
+    /// Additive Manufacturing File Format.
+    Amf,
+    /// Compressed Gaussian splats of PlayCanvas.
+    Sog,
 }
 
 impl Format {
@@ -73,6 +77,8 @@ impl Format {
         Self::ThreeDs,
         Self::Fbx,
         Self::Usd,
+        Self::Amf,
+        Self::Sog,
     ];
 
     /// Its name in messages.
@@ -97,6 +103,8 @@ impl Format {
             Self::ThreeDs => "3DS",
             Self::Fbx => "FBX",
             Self::Usd => "USD",
+            Self::Amf => "AMF",
+            Self::Sog => "SOG",
         }
     }
 
@@ -123,6 +131,8 @@ impl Format {
             Self::ThreeDs => formats::THREE_DS,
             Self::Fbx => formats::FBX,
             Self::Usd => formats::USD,
+            Self::Amf => formats::AMF,
+            Self::Sog => formats::SOG,
         }
     }
 
@@ -133,7 +143,7 @@ impl Format {
     }
 
     /// Usual axis of its files that is up, and knowledge of their front: glTF is +Y up and faces +Z by its specification
-    /// (avatars of VRM 0 face -Z, as their files say); 3MF is +Z up by its own, and STL by the custom of printing;
+    /// (avatars of VRM 0 face -Z, as their files say); 3MF and AMF are +Z up by theirs, and STL by the custom of printing;
     /// slicers show both from -Y, and so are clouds of points by the custom of surveying (by their own in LAS and PTX). Splats are -Y up, as the photographs that they are made from, but +Y in SPZ. OBJ, PLY and OFF say
     /// nothing: most are +Y up. Of formats that leave it to custom, a model that evidently stands on the other one of +Y and +Z
     /// is turned, unless [`LoadOptions::up`](super::LoadOptions::up) says which is up.
@@ -143,9 +153,9 @@ impl Format {
             |up: Axis, front_is_known: bool| Orientation { up, front_is_known, ..Orientation::default() };
         match self {
             Self::Gltf | Self::Glb | Self::Fbx => of(Axis::PositiveY, true),
-            Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Vox => of(Axis::PositiveZ, true),
+            Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Amf | Self::Vox => of(Axis::PositiveZ, true),
             Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
-            Self::Splat | Self::Ksplat => of(Axis::NegativeY, false),
+            Self::Splat | Self::Ksplat | Self::Sog => of(Axis::NegativeY, false),
             Self::Obj | Self::Collada | Self::Usd | Self::Ply | Self::Off | Self::Spz => {
                 of(Axis::PositiveY, false)
             }
@@ -161,6 +171,7 @@ impl Format {
                 | Self::Las
                 | Self::Ptx
                 | Self::ThreeMf
+                | Self::Amf
                 | Self::Vox
                 | Self::ThreeDs
                 | Self::Fbx
@@ -215,6 +226,8 @@ impl Format {
             #[cfg(feature = "more-models")]
             if usd::is_package(&names) {
                 return Some(Self::Usd);
+            } else if splats::sog::is_bundle(&names) {
+                return Some(Self::Sog);
             }
             return names.iter().any(is_model).then_some(Self::ThreeMf);
         }
@@ -236,10 +249,18 @@ impl Format {
         } else if scans::pcd::is_one(text) {
             return Some(Self::Pcd);
         }
+        #[cfg(feature = "more-models")]
+        if amf::is_one(text) {
+            return Some(Self::Amf);
+        }
         if text.starts_with(b"<")
             && text.get(..4096).unwrap_or(text).windows(8).any(|word| word == b"<COLLADA")
         {
             return Some(Self::Collada);
+        }
+        #[cfg(feature = "more-models")]
+        if splats::sog::is_one(text) {
+            return Some(Self::Sog);
         }
         if text.starts_with(b"{") {
             return Some(Self::Gltf);

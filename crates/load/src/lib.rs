@@ -33,6 +33,8 @@
     allow(dead_code, unused_imports)
 )]
 
+#[cfg(feature = "more-models")]
+mod amf;
 mod animated;
 #[cfg_attr(not(feature = "3mf"), path = "without_archive.rs")]
 mod archive;
@@ -525,6 +527,10 @@ fn read_meshes(
         Format::Ptx => scans::ptx::load(bytes, context),
         #[cfg(feature = "more-models")]
         Format::Collada => collada::load(bytes, context, options.textures),
+        #[cfg(feature = "more-models")]
+        Format::Sog => splats::sog::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Amf => amf::load(bytes, context),
         #[cfg(feature = "more-models")]
         Format::Vox => vox::load(bytes, context),
         #[cfg(feature = "more-models")]

@@ -1,7 +1,7 @@
 //! Seeds of the target `formats`: an extension on a line, and a file of that format.
 
 /// Texts.
-const TEXTS: [(&str, &str); 8] = [
+const TEXTS: [(&str, &str); 10] = [
     (
         "off",
         "off\nSTCNOFF\n4 2 0 # counts\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0\n1 1 0 0 0 1 0 0 1.0\n0 1 0 0 0 1 0.5 1 1\n4 0 1 2 3\n3 0 1 2 255 0 0\n",
@@ -26,6 +26,14 @@ const TEXTS: [(&str, &str); 8] = [
     (
         "usda",
         "usda\n#usda 1.0\n( defaultPrim = \"a\" metersPerUnit = 1 upAxis = \"Z\" subLayers = [ @b.usda@ ] )\nclass \"c\" { token purpose = \"render\" }\ndef Mesh \"m\" ( inherits = </c> references = @b.usda@</a> variants = { string v = \"x\" } ) {\nint[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\npoint3f[] points.timeSamples = { 0: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], }\ntexCoord2f[] primvars:st = [(0, 0), (1, 1)] ( interpolation = \"faceVarying\" )\nint[] primvars:st:indices = [0, 1, 0, 1]\ndouble3 xformOp:rotateXYZ = (0, 90, 0)\nquatf xformOp:orient = (1, 0, 0, 0)\nuniform token[] xformOpOrder = [\"xformOp:rotateXYZ\", \"!invert!xformOp:orient\"]\nrel material:binding = </n>\nvariantSet \"v\" = { \"x\" { def GeomSubset \"s\" { int[] indices = [0] rel material:binding = </n> } } }\n}\ndef Material \"n\" { token outputs:surface.connect = </n/s.outputs:surface>\ndef Shader \"s\" { uniform token info:id = \"UsdPreviewSurface\" float inputs:roughness.connect = </n/t.outputs:g> }\ndef Shader \"t\" { uniform token info:id = \"UsdUVTexture\" asset inputs:file = @t.png@ } }\ndef PointInstancer \"p\" { rel prototypes = [ </m>, </k> ] int[] protoIndices = [0, 1] point3f[] positions = [(0, 0, 0), (1, 0, 0)] }\ndef Capsule \"k\" { double radius = 2 }\n",
+    ),
+    (
+        "amf",
+        "amf\n<?xml version='1.0'?><amf unit='inch'><material id='2'><metadata type='Name'>tin</metadata><color><r>1</r><g>0</g><b>0.5</b><a>0.5</a></color></material><object id='1'><color><r>0</r><g>1</g><b>0</b></color><mesh><vertices><vertex><coordinates><x>0</x><y>0</y><z>0</z></coordinates></vertex><vertex><coordinates><x>1</x><y>0</y><z>0</z></coordinates><color><r>1</r><g>1</g><b>0</b></color></vertex><vertex><coordinates><x>0</x><y>1</y><z>2</z></coordinates></vertex></vertices><volume materialid='2'><triangle><v1>0</v1><v2>1</v2><v3>2</v3></triangle><triangle><color><r>0</r><g>0</g><b>1</b></color><v1>2</v1><v2>1</v2><v3>0</v3></triangle></volume></mesh></object><constellation id='3'><instance objectid='1'><deltax>1</deltax><rz>90</rz></instance></constellation><constellation id='4'><instance objectid='3'><ry>30</ry></instance></constellation></amf>",
+    ),
+    (
+        "sog",
+        "sog\n{\"version\":2,\"count\":1,\"means\":{\"mins\":[0,0,0],\"maxs\":[1,1,1],\"files\":[\"a.webp\",\"b.webp\"]},\"scales\":{\"codebook\":[0],\"files\":[\"c.webp\"]},\"quats\":{\"files\":[\"d.webp\"]},\"sh0\":{\"codebook\":[0],\"files\":[\"e.webp\"]}}",
     ),
     ("ksplat", "ksplat\n\0\u{1}\0\0\u{1}\0\0\0"),
 ];
@@ -61,7 +69,23 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     seeds.push(("vox", vox));
     seeds.push(("fbx-binary", [b"fbx\n".to_vec(), fbx()].concat()));
     seeds.push(("las", [b"las\n", &las[..]].concat()));
+    seeds.push(("laz", [b"laz\n".to_vec(), laz(&las)].concat()));
     seeds
+}
+
+/// Points of format 0 inside LASzip's compression: the first as it is, and bits that stand for more.
+fn laz(las: &[u8]) -> Vec<u8> {
+    let mut head = las[..227].to_vec();
+    head[96..108].copy_from_slice(&[59, 1, 0, 0, 1, 0, 0, 0, 0x80, 20, 0, 9]);
+    let mut record = vec![0; 54];
+    record[2..16].copy_from_slice(b"laszip encoded");
+    record[18..22].copy_from_slice(&[0xbc, 0x56, 34, 0]);
+    let mut description = vec![2, 0, 0, 0, 2, 2, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0];
+    description.extend([[0xff; 8], [0xff; 8]].concat());
+    description.extend([1, 0, 6, 0, 20, 0, 2, 0]);
+    record[20] = description.len() as u8;
+    head[96] = (227 + 54 + description.len() - 256) as u8;
+    [head, record, description, vec![0; 8], vec![7; 20], (0..64_u8).map(|k| k.wrapping_mul(37)).collect()].concat()
 }
 
 /// A square in the binary encoding.

@@ -3,14 +3,15 @@
 //!
 //! Positions are whole numbers with a scale and an offset. Colours have 16 bits, unless none is above 255: then they are of 8,
 //! as many programs write them. Points without colours are grey by their intensity or else their class; withheld points are left
-//! out, as the specification asks. LAZ is the same inside another compression, and is refused by name.
+//! out, as the specification asks. LAZ is the same inside another compression ([`laz`](super::laz)).
 
-use super::{Scan, color_within};
+use super::{Scan, color_within, laz};
 use crate::mesh_formats::check_input;
 use crate::origin::{Region, load_about};
 use crate::point_clouds::Measure;
 use crate::warnings::{Warnings, counted};
 use crate::{Context, LoadError, Loaded};
+use std::borrow::Cow;
 
 const FORMAT: &str = "LAS";
 /// Begins every file.
@@ -46,14 +47,14 @@ struct Header<'a> {
     points: u64,
     scale: [f64; 3],
     offset: [f64; 3],
-    body: &'a [u8],
+    body: Cow<'a, [u8]>,
 }
 
-fn u16_at(bytes: &[u8], place: usize) -> Option<u16> {
+pub(super) fn u16_at(bytes: &[u8], place: usize) -> Option<u16> {
     Some(u16::from_le_bytes(*bytes.get(place..)?.first_chunk()?))
 }
 
-fn u32_at(bytes: &[u8], place: usize) -> Option<u32> {
+pub(super) fn u32_at(bytes: &[u8], place: usize) -> Option<u32> {
     Some(u32::from_le_bytes(*bytes.get(place..)?.first_chunk()?))
 }
 
@@ -62,7 +63,7 @@ fn f64_at(bytes: &[u8], place: usize) -> Option<f64> {
 }
 
 impl<'a> Header<'a> {
-    fn read(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Self, LoadError> {
+    fn read(bytes: &'a [u8], context: &Context<'_>, warnings: &mut Warnings) -> Result<Self, LoadError> {
         let malformed = |message: String| LoadError::malformed(FORMAT, message);
         if !bytes.starts_with(MAGIC) {
             return Err(malformed("it does not begin with LASF".to_owned()));
@@ -74,11 +75,9 @@ impl<'a> Header<'a> {
         if major != 1 || minor > 4 {
             warnings.add(|| format!("{FORMAT}: version {major}.{minor} is read as 1.4"));
         }
-        if byte(104) & 0xc0 != 0 {
-            let message = "the points are compressed (LAZ), which is not read: unpack it to LAS first";
-            return Err(LoadError::unsupported(FORMAT, message));
-        }
-        let format = usize::from(byte(104));
+        // LASzip marks its files by the highest bit.
+        let is_packed = byte(104) & 0x80 != 0;
+        let format = usize::from(byte(104) & 0x7f);
         let Some(&(least, _)) = FORMATS.get(format) else {
             return Err(LoadError::unsupported(FORMAT, format!("point format {format}; 0 to 10 are read")));
         };
@@ -94,7 +93,7 @@ impl<'a> Header<'a> {
             points = points.max(u64::from_le_bytes(*all));
         }
         let start = u32_at(header, 96).unwrap_or(0) as usize;
-        let body = bytes.get(start..).unwrap_or_default();
+        let mut body = Cow::Borrowed(bytes.get(start..).unwrap_or_default());
         let three = |first: usize| {
             [0, 8, 16].map(|k: usize| f64_at(header, first.saturating_add(k)).unwrap_or(f64::NAN))
         };
@@ -103,6 +102,9 @@ impl<'a> Header<'a> {
             return Err(malformed(
                 "the place of the points, their scale or their offset is damaged".to_owned(),
             ));
+        }
+        if is_packed {
+            body = Cow::Owned(laz::unpack(bytes, &body, (length, points), context)?);
         }
         Ok(Self { format, length, points, scale, offset, body })
     }
@@ -121,7 +123,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
 
 fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
-    let header = Header::read(bytes, &mut warnings)?;
+    let header = Header::read(bytes, context, &mut warnings)?;
     let there = (header.body.len() as u64).checked_div(header.length as u64).unwrap_or(0);
     if there < header.points {
         let all = counted(header.points, "point");

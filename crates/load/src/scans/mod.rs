@@ -1,6 +1,7 @@
 //! Files of laser scanners and depth cameras: clouds of points.
 
 pub(crate) mod las;
+mod laz;
 mod lzf;
 pub(crate) mod pcd;
 pub(crate) mod ptx;

@@ -1,6 +1,7 @@
-//! Files of Gaussian splats alone: `.splat`, SPZ and KSPLAT. (PLY is read where all of it is.)
+//! Files of Gaussian splats alone: `.splat`, SPZ, KSPLAT and SOG. (PLY is read where all of it is.)
 
 pub(crate) mod ksplat;
+pub(crate) mod sog;
 pub(crate) mod splat;
 pub(crate) mod spz;
 #[cfg(test)]
