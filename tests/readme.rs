@@ -16,7 +16,7 @@ const OF_THE_SERVICE: [&str; 4] =
 const RECIPES: &str = "docs/src/recipes.md";
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 21] = [
     "lab",
     "conformance",
     "translate",
@@ -25,6 +25,7 @@ const COMMANDS: [&str; 20] = [
     "turntable",
     "animate",
     "info",
+    "diagnose",
     "sheet",
     "bench",
     "compare-models",

@@ -13,6 +13,7 @@ pub mod conformance;
 mod contact;
 mod default_command;
 mod default_output;
+mod diagnose;
 mod diff;
 mod embedded;
 mod environment_cache;
@@ -127,6 +128,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Turntable(args) => turntable::run(args),
         Command::Animate(args) => animate::run(args),
         Command::Info(args) => info::run(args),
+        Command::Diagnose(args) => diagnose::run(args),
         Command::Sheet(args) => sheet::run(args),
         Command::Bench(args) => bench::run(args),
         Command::CompareModels(args) => compare::run(args),

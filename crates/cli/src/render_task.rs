@@ -121,7 +121,7 @@ impl RenderTask {
 
     /// Says so if a model stands on another axis than is usual in files of its format.
     pub(super) fn note_up(&self, orientation: Orientation) {
-        if let Some(note) = report::note_of_up(orientation) {
+        if let Some(note) = overcoat_worker::report::note_of_up(orientation) {
             self.reporter.note(note);
         }
     }

@@ -2,7 +2,6 @@
 
 use super::failure::{Failure, one_line};
 use overcoat_core::jobs::Jobs;
-use overcoat_scene::{Axis, Orientation};
 use overcoat_worker::camera_report::CameraReport;
 use overcoat_worker::report::{UpReport, Versions, VisibilityReport};
 use serde::Serialize;
@@ -42,18 +41,6 @@ impl Reporter {
             let _ = writeln!(std::io::stderr(), "warning: {}", one_line(&message.to_string()));
         }
     }
-}
-
-/// A line about a model that stands on another axis than is usual in files of its format, where nobody has said which is up.
-pub fn note_of_up(orientation: Orientation) -> Option<String> {
-    let usual = if orientation.up == Axis::PositiveY { Axis::PositiveZ } else { Axis::PositiveY };
-    let [up, usual] = [orientation.up, usual].map(Axis::name);
-    let note = || {
-        format!(
-            "{up} of the file is up by the shape of the model; --up {usual} has it as usual in its format"
-        )
-    };
-    orientation.up_is_by_shape.then(note)
 }
 
 /// Writes to standard output.

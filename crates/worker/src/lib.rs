@@ -7,9 +7,11 @@
 
 pub mod annotation_report;
 pub mod camera_report;
+pub mod codes;
 pub mod companion;
 mod contents;
 mod coverage_check;
+pub mod diagnosis;
 mod drawing;
 pub mod failure;
 mod files;

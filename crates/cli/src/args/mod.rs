@@ -13,7 +13,7 @@ mod options;
 mod thumbnail;
 
 pub use commands::{
-    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, DiffArgs, FormatsArgs, InfoArgs, MaterialsArgs,
+    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, DiagnoseArgs, DiffArgs, FormatsArgs, InfoArgs, MaterialsArgs,
     MovieArgs, RenderArgs, SheetArgs, Turn, TurntableArgs,
 };
 pub use groups::{
@@ -43,7 +43,7 @@ use clap::{Parser, Subcommand};
   overcoat car.glb
   overcoat render --help
 
-Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 pictures differ (golden)"
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 pictures differ (golden), 5 findings (diagnose)"
 )]
 pub struct Cli {
     /// What to do.
@@ -71,6 +71,8 @@ pub enum Command {
     Animate(Box<AnimateArgs>),
     /// Print what a model file contains
     Info(InfoArgs),
+    /// Tell what is wrong with a picture of a model, and which option mends it
+    Diagnose(Box<DiagnoseArgs>),
     /// Render many models to one labelled contact sheet
     Sheet(Box<SheetArgs>),
     /// Measure frames of one model with an orbiting camera, or of a new model each
@@ -157,6 +159,7 @@ mod tests {
             "bench x --rounds 1 --png",
             "materials -o y --size 1 --columns 1",
             "formats --json",
+            "diagnose x --strict --json --eye 0,0,1 --animation 0",
             "translate candy-red --to three --from stacklit -o x.toml --picture y.png --force --json --quiet",
             "lab -o x.svg --over light --from -1 --to 1 --steps 2 --by coat --models three --samples 256 --view 1 --light -1",
             "lab --coat 1 --coat-roughness 1 --coat-ior 1 --thickness 1 --extinction 1,1,1 --base-roughness 1 --metal",
@@ -203,7 +206,7 @@ mod tests {
         {
             assert!(render.contains(&name), "render --help does not name {name}");
         }
-        for command in ["thumbnail", "turntable", "animate", "info", "sheet", "bench", "compare-models"] {
+        for command in ["thumbnail", "turntable", "animate", "info", "diagnose", "sheet", "bench", "compare-models"] {
             let words = help(command);
             assert!(extensions().all(|name| words.contains(&name)), "{command} --help lacks a format");
         }

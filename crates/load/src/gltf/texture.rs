@@ -64,7 +64,7 @@ impl Textures {
         let transform = info.extensions.transform.as_deref();
         let set = transform.and_then(|t| t.tex_coord).or(info.tex_coord).unwrap_or_default();
         let mut dropped = |reason: &dyn Fn() -> String| {
-            warnings.add(|| format!("{}: {}; drawn without the texture", what(), reason()));
+            warnings.add_texture(|| format!("{}: {}; drawn without the texture", what(), reason()));
             None
         };
         let Some(index) = info.index else {
