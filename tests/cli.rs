@@ -8,6 +8,8 @@ mod conformance;
 mod diagnose;
 #[path = "cli/diff.rs"]
 mod diff;
+#[path = "cli/error_format.rs"]
+mod error_format;
 #[path = "cli/install.rs"]
 mod install;
 #[path = "cli/lab.rs"]

@@ -18,6 +18,7 @@ mod files;
 pub mod limit_values;
 pub mod losses;
 pub mod memory_bound;
+pub mod message;
 pub mod model_source;
 pub mod picture_format;
 pub mod picture_task;

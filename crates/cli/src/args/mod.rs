@@ -30,6 +30,7 @@ use super::golden::GoldenArgs;
 use super::hand_over::ServiceArgs;
 use super::lab::LabArgs;
 use super::translate::TranslateArgs;
+use super::error_format::ErrorFormat;
 use clap::{Parser, Subcommand};
 
 /// Renders 3D models to pictures on machines that have only a processor; the same bytes on every machine.
@@ -56,6 +57,11 @@ pub struct Cli {
     /// threads and open files. An error on systems without them (Linux 5.13 on x86-64 or 64-bit ARM has them).
     #[arg(long, global = true, help_heading = groups::MACHINE, display_order = 999)]
     pub sandbox: bool,
+
+    /// Form of errors and warnings on standard error: human, or json, an object a line
+    #[arg(long, global = true, value_name = "FORMAT", value_enum, default_value = "human", hide_possible_values = true,
+          help_heading = "Report", display_order = 999)]
+    pub error_format: ErrorFormat,
 }
 
 /// The commands.
@@ -159,6 +165,7 @@ mod tests {
             "bench x --rounds 1 --png",
             "materials -o y --size 1 --columns 1",
             "formats --json",
+            "formats --error-format json",
             "diagnose x --strict --json --eye 0,0,1 --animation 0",
             "translate candy-red --to three --from stacklit -o x.toml --picture y.png --force --json --quiet",
             "lab -o x.svg --over light --from -1 --to 1 --steps 2 --by coat --models three --samples 256 --view 1 --light -1",

@@ -115,7 +115,7 @@ fn depths(
     camera: &Camera,
 ) -> Result<Vec<f32>, Failure> {
     let rendered = renderer.render(scene, camera, options).map_err(|e| Failure::render(&e))?;
-    let plane = rendered.frame.plane(Aov::Depth).map(|plane| plane.values.clone());
+    let plane = rendered.frame.plane(Aov::Depth).map(|plane| plane.data.clone());
     renderer.recycle(rendered.frame);
     Ok(plane.unwrap_or_default())
 }

@@ -1,6 +1,6 @@
 //! Numbers of a picture that faults are told by.
 
-use overcoat_core::color::srgb8_to_linear;
+use overcoat_core::color::srgb::srgb8_to_linear;
 use overcoat_core::frame::{Aov, Clipping, DisplayImage, DisplayOptions, Frame};
 use overcoat_render::RenderStats;
 use overcoat_scene::{Bounds, Camera, Projection, Scene};
@@ -99,7 +99,7 @@ impl Measures {
 fn coverage(scene: &Scene, frame: &Frame) -> Vec<f32> {
     let alpha = || frame.pixels.iter().map(|pixel| pixel[3]);
     match frame.plane(Aov::Coverage) {
-        Some(plane) if scene.splat_count() == 0 => plane.values.clone(),
+        Some(plane) if scene.splat_count() == 0 => plane.data.clone(),
         _ => alpha().collect(),
     }
 }

@@ -156,7 +156,7 @@ fn smaller(task: &PictureTask) -> PictureTask {
     options.stage_hashes = false;
     let [width, height] = [options.width, options.height];
     let longest = width.max(height);
-    let has_intrinsics = description.intrinsics([width, height]).is_ok_and(|found| found.is_some());
+    let has_intrinsics = description.camera.k.is_some() || description.camera.fx.is_some();
     if longest > SIDE && !has_intrinsics {
         let scaled = |side: u32| (u64::from(side) * u64::from(SIDE) / u64::from(longest)).max(1) as u32;
         (options.width, options.height) = (scaled(width), scaled(height));
