@@ -10,6 +10,8 @@ mod diagnose;
 mod diff;
 #[path = "cli/error_format.rs"]
 mod error_format;
+#[path = "cli/guide.rs"]
+mod guide;
 #[path = "cli/install.rs"]
 mod install;
 #[path = "cli/lab.rs"]
@@ -1252,6 +1254,7 @@ fn json_is_alike_everywhere() {
         "materials --keys",
         "materials velvet",
         "formats",
+        "guide --keys",
         "golden check e a",
         "golden report e a -o x.html",
         "golden accept e a x.png",

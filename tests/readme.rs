@@ -16,7 +16,7 @@ const OF_THE_SERVICE: [&str; 4] =
 const RECIPES: &str = "docs/src/recipes.md";
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 21] = [
+const COMMANDS: [&str; 22] = [
     "lab",
     "conformance",
     "translate",
@@ -32,6 +32,7 @@ const COMMANDS: [&str; 21] = [
     "diff",
     "materials",
     "formats",
+    "guide",
     "golden",
     "golden check",
     "golden report",
@@ -214,7 +215,7 @@ fn examples_of_the_manual_and_of_help_are_accepted() {
             assert!(output.status.success() && message.starts_with("warning: "), "{line}: {message}");
             continue;
         }
-        if ["lab", "conformance", "materials", "formats", "completions"].contains(&arguments[0])
+        if ["lab", "conformance", "materials", "formats", "guide", "completions"].contains(&arguments[0])
             || arguments == ["man"]
         {
             // It needs no file.

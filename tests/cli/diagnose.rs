@@ -66,7 +66,9 @@ fn lying_table() -> String {
         [[7, 0, 4], [8, 7, 5]],
     ];
     for [low, high] in boxes {
-        let corner = |k: usize| -> [i32; 3] { std::array::from_fn(|a| if k >> a & 1 == 1 { high[a] } else { low[a] }) };
+        let corner = |k: usize| -> [i32; 3] {
+            std::array::from_fn(|a| if k >> a & 1 == 1 { high[a] } else { low[a] })
+        };
         let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         for [a, b, c, d] in sides {
             for triangle in [[a, b, c], [a, c, d]] {

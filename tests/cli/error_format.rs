@@ -72,7 +72,10 @@ fn failures_name_subject_candidates_and_remedy() {
         assert_eq!(lines(folder.path(), &format!("{kept} {remedy}")), (vec![], 0), "{line} -> {remedy}");
     }
     let wrong = error("render quad.glb -o x.png --limit triangles=1");
-    assert_eq!((&wrong["subject"]["limit"], &wrong["remedy"]), (&json!("triangles"), &json!("--limit triangles=2")));
+    assert_eq!(
+        (&wrong["subject"]["limit"], &wrong["remedy"]),
+        (&json!("triangles"), &json!("--limit triangles=2"))
+    );
 }
 
 #[test]
@@ -90,7 +93,10 @@ fn warnings_and_notes_are_objects_too() {
     let (found, _) = lines(folder.path(), "render quad.glb -o x.exr --size 16 --exposure 1");
     assert_eq!((&found[0]["level"], &found[0]["code"]), (&json!("warning"), &json!("program")), "{found:?}");
     let (found, _) = lines(folder.path(), "render quad.glb -o x.png --size 64 --eye 0,0,200 --target 0,0,0");
-    assert_eq!((&found[0]["code"], &found[0]["remedy"]), (&json!("hardly-visible"), &json!("--view three-quarter")));
+    assert_eq!(
+        (&found[0]["code"], &found[0]["remedy"]),
+        (&json!("hardly-visible"), &json!("--view three-quarter"))
+    );
     let (found, _) = lines(folder.path(), "render quad.glb --size 16");
     assert_eq!((found.len(), &found[0]["level"]), (1, &json!("note")), "{found:?}");
     // Nobody is told what nobody wants to hear.

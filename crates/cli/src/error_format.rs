@@ -56,7 +56,9 @@ pub(super) fn warning(warning: &Warning) {
 pub(super) fn note(code: Code, message: &impl Display) {
     let message = one_line(&message.to_string());
     match is_json() {
-        true => json(&WarningJson { level: Severity::Note, code: code.name, message: &message, remedy: None }),
+        true => {
+            json(&WarningJson { level: Severity::Note, code: code.name, message: &message, remedy: None })
+        }
         false => line(message),
     }
 }

@@ -22,6 +22,7 @@ mod failure;
 mod file_uri;
 mod formats_command;
 pub mod golden;
+mod guide_command;
 mod hand_over;
 mod info;
 pub mod input;
@@ -135,6 +136,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::CompareModels(args) => compare::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Materials(args) => materials_command::run(args),
+        Command::Guide(args) => guide_command::run(args),
         Command::Formats(args) => formats_command::run(args),
         Command::Lab(args) => lab::run(args),
         Command::Translate(args) => translate::run(args),

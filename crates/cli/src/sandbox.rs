@@ -77,6 +77,7 @@ impl<'a> Files<'a> {
             Command::Translate(a) => (None, [].as_slice(), a.output.as_ref()),
             Command::Conformance(_)
             | Command::Formats(_)
+            | Command::Guide(_)
             | Command::Golden(_)
             | Command::Completions(_)
             | Command::Man(_)
@@ -127,6 +128,7 @@ fn count_threads(command: &mut Command) {
         Command::Translate(args) => &mut args.workers,
         Command::Conformance(args) => &mut args.workers,
         Command::Formats(_)
+        | Command::Guide(_)
         | Command::Completions(_)
         | Command::Man(_)
         | Command::Batch(_)

@@ -23,7 +23,7 @@ pub enum Class {
     Usage,
     /// Files cannot be drawn as they are, or what they show cannot be seen.
     Input,
-    /// It would cost more than limits allow.
+    /// Work or memory beyond the limits.
     Limit,
     /// The system does not read or write a file.
     Io,
@@ -70,7 +70,7 @@ macro_rules! codes {
 
 codes! {
     FILE Warning::FILE, Warning, "Part of a file that is not drawn, or otherwise than it asks for";
-    TEXTURE Warning::TEXTURE, Warning, "Texture that the model is drawn without";
+    TEXTURE Warning::TEXTURE, Warning, "Texture that is missing or damaged, and that the model is drawn without";
     PROGRAM "program", Warning, "Remark of the program on what was asked for, and on the machine";
     LEFT_OUT "parameter-left-out", Warning, "Parameter of materials that the shading model does not have";
     LESS_LIGHT "light-reduced", Warning, "Blocked light that was found in less detail, to stay within a limit";

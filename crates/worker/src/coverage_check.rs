@@ -43,8 +43,13 @@ impl PictureTask {
         Ok(self.hardly(scene, stats))
     }
 
-    /// What there is to say of a picture that shows little of its model, or nothing.
-    pub(crate) fn coverage_told(&self, scene: &Scene, camera: &Camera, stats: &RenderStats) -> Option<Warning> {
+    /// Words on a picture that shows little of its model, or nothing.
+    pub(crate) fn coverage_told(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        stats: &RenderStats,
+    ) -> Option<Warning> {
         match stats.unseen(scene, camera, &self.options) {
             Some(unseen) => Some(self.nothing(scene, unseen)),
             None => self.hardly(scene, stats),

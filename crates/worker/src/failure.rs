@@ -70,7 +70,23 @@ struct Subject<'a> {
     limit: Option<&'a str>,
 }
 
+impl Kind {
+    /// All of them, with their meaning.
+    const ALL: [(Self, &'static str); 5] = [
+        (Self::Failed, "failed"),
+        (Self::Usage, "wrong usage"),
+        (Self::Limit, "limit exceeded"),
+        (Self::Differ, "pictures differ"),
+        (Self::Findings, "something is wrong with the picture"),
+    ];
+}
+
 impl Failure {
+    /// Exit codes beside 0, with their meaning.
+    pub fn exit_codes() -> impl Iterator<Item = (u8, &'static str)> {
+        Kind::ALL.into_iter().map(|(kind, meaning)| (kind as u8, meaning))
+    }
+
     fn new(kind: Kind, code: Code, message: impl fmt::Display) -> Self {
         let message = one_line(&message.to_string());
         Self { kind, message, limit: None, code, file: None, candidates: Vec::new(), remedy: None }

@@ -126,7 +126,8 @@ const CLIPPED: u64 = 98;
 pub fn lost_tint(tinted: bool, display: &DisplayOptions) -> Option<Warning> {
     let message = "glass tints what is behind it, which a transparent picture cannot show: it is grey there; a background \
                    colour, --background env or OpenEXR shows it";
-    (tinted && display.background.is_none()).then(|| Warning::new(message).with_code(codes::TINT.name).with_remedy("--background env"))
+    (tinted && display.background.is_none())
+        .then(|| Warning::new(message).with_code(codes::TINT.name).with_remedy("--background env"))
 }
 
 /// Splats beside surfaces: their colours are what a screen is to show, and surfaces need the curve.

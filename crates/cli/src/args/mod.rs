@@ -13,8 +13,8 @@ mod options;
 mod thumbnail;
 
 pub use commands::{
-    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, DiagnoseArgs, DiffArgs, FormatsArgs, InfoArgs, MaterialsArgs,
-    MovieArgs, RenderArgs, SheetArgs, Turn, TurntableArgs,
+    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, DiagnoseArgs, DiffArgs, FormatsArgs, InfoArgs,
+    MaterialsArgs, MovieArgs, RenderArgs, SheetArgs, Turn, TurntableArgs,
 };
 pub use groups::{
     DrawArgs, EncodingArgs, InputArgs, LimitArgs, MachineArgs, ModelArgs, PictureEncodingArgs, ReportArgs,
@@ -26,11 +26,12 @@ pub use thumbnail::ThumbnailArgs;
 
 use super::attempt::AttemptArgs;
 use super::conformance::ConformanceArgs;
+use super::error_format::ErrorFormat;
 use super::golden::GoldenArgs;
+use super::guide_command::GuideArgs;
 use super::hand_over::ServiceArgs;
 use super::lab::LabArgs;
 use super::translate::TranslateArgs;
-use super::error_format::ErrorFormat;
 use clap::{Parser, Subcommand};
 
 /// Renders 3D models to pictures on machines that have only a processor; the same bytes on every machine.
@@ -59,8 +60,16 @@ pub struct Cli {
     pub sandbox: bool,
 
     /// Form of errors and warnings on standard error: human, or json, an object a line
-    #[arg(long, global = true, value_name = "FORMAT", value_enum, default_value = "human", hide_possible_values = true,
-          help_heading = "Report", display_order = 999)]
+    #[arg(
+        long,
+        global = true,
+        value_name = "FORMAT",
+        value_enum,
+        default_value = "human",
+        hide_possible_values = true,
+        help_heading = "Report",
+        display_order = 999
+    )]
     pub error_format: ErrorFormat,
 }
 
@@ -95,6 +104,8 @@ pub enum Command {
     Translate(Box<TranslateArgs>),
     /// Make a folder of scenes, truth and tolerances that tests renderers of clear coats
     Conformance(Box<ConformanceArgs>),
+    /// Print one page for programs that call this one, or the vocabulary of its reports
+    Guide(GuideArgs),
     /// List the formats of files that are read and written
     Formats(FormatsArgs),
     /// Compare pictures of any renderer with expected ones; report, accept
@@ -165,6 +176,7 @@ mod tests {
             "bench x --rounds 1 --png",
             "materials -o y --size 1 --columns 1",
             "formats --json",
+            "guide --keys",
             "formats --error-format json",
             "diagnose x --strict --json --eye 0,0,1 --animation 0",
             "translate candy-red --to three --from stacklit -o x.toml --picture y.png --force --json --quiet",
@@ -213,7 +225,9 @@ mod tests {
         {
             assert!(render.contains(&name), "render --help does not name {name}");
         }
-        for command in ["thumbnail", "turntable", "animate", "info", "diagnose", "sheet", "bench", "compare-models"] {
+        for command in
+            ["thumbnail", "turntable", "animate", "info", "diagnose", "sheet", "bench", "compare-models"]
+        {
             let words = help(command);
             assert!(extensions().all(|name| words.contains(&name)), "{command} --help lacks a format");
         }

@@ -205,7 +205,7 @@ impl Lost<'_> {
     ) -> Result<Option<Encoded>, LoadError> {
         let Self { what, used, message, substitute } = self;
         let Some(substitute) = *substitute else {
-            warnings.add(|| format!("{what}{used}: {message}; drawn without it"));
+            warnings.add_texture(|| format!("{what}{used}: {message}; drawn without it"));
             return Ok(None);
         };
         let (other, opened) = open(substitute, root, buffers, context, budget)?;
@@ -224,7 +224,7 @@ impl Lost<'_> {
                 }))
             }
             Err(message) => {
-                warnings.add(|| format!("{other}: {message}; drawn without it"));
+                warnings.add_texture(|| format!("{other}: {message}; drawn without it"));
                 Ok(None)
             }
         }
@@ -300,7 +300,7 @@ impl Encoded {
         match other.decode(buffers) {
             Ok(decoded) => Ok(decoded.textures(warnings)),
             Err(message) => {
-                warnings.add(|| format!("{}: {message}; drawn without it", other.what));
+                warnings.add_texture(|| format!("{}: {message}; drawn without it", other.what));
                 Ok(Vec::new())
             }
         }

@@ -43,23 +43,26 @@ pub(super) fn share(
     set_sides(scene, &one_sided, false)?;
     let both = both?;
     let all = both.iter().filter(|depth| **depth > 0.0).count();
-    let hidden = as_it_is.iter().zip(&both).filter(|&(&one, &two)| {
-        two > 0.0 && (one == 0.0 || two < one * (1.0 - NEARER))
-    });
+    let hidden = as_it_is
+        .iter()
+        .zip(&both)
+        .filter(|&(&one, &two)| two > 0.0 && (one == 0.0 || two < one * (1.0 - NEARER)));
     Ok(if all == 0 { 0.0 } else { hidden.count() as f64 / all as f64 })
 }
 
 /// Name of the first view, of those that have one, from which next to no surface is seen from behind.
 ///
 /// # Errors
-/// As [`share`].
+/// [`Failure`] if a limit is passed, or no camera sees the model.
 pub(super) fn better_view(
     task: &PictureTask,
     source: &ModelSource,
     renderer: &mut Renderer,
     scene: &mut Scene,
 ) -> Result<Option<&'static str>, Failure> {
-    let Some(option) = DescriptionOption::all().find(|option| option.key() == "view") else { return Ok(None) };
+    let Some(option) = DescriptionOption::all().find(|option| option.key() == "view") else {
+        return Ok(None);
+    };
     for name in option.names() {
         let own = &task.description.camera;
         let mut description = task.description.clone();

@@ -78,7 +78,8 @@ fn unlit(scene: &Scene, task: &PictureTask) -> Option<Warning> {
         Some(0.0) => "--env-intensity 1",
         _ => "--env studio",
     };
-    let message = format!("nothing shines: there is neither an environment nor a light; {remedy} lights the model");
+    let message =
+        format!("nothing shines: there is neither an environment nor a light; {remedy} lights the model");
     Some(coded(codes::NO_LIGHT, message).with_remedy(remedy))
 }
 
@@ -89,13 +90,16 @@ fn exposed(measures: &Measures, display: &DisplayOptions) -> Option<Warning> {
     }
     let auto = "--exposure auto";
     if measures.white > WHITE {
-        let message =
-            format!("{:.0} percent of the object is white; --exposure auto meters it", 100.0 * measures.white);
+        let message = format!(
+            "{:.0} percent of the object is white; --exposure auto meters it",
+            100.0 * measures.white
+        );
         return Some(coded(codes::OVEREXPOSED, message).with_remedy(auto));
     }
     let median = measures.median_luminance.filter(|median| *median < DARK)?;
-    let message =
-        format!("the object is dark: its median luminance is {median:.4} of white; --exposure auto meters it");
+    let message = format!(
+        "the object is dark: its median luminance is {median:.4} of white; --exposure auto meters it"
+    );
     Some(coded(codes::DARK, message).with_remedy(auto))
 }
 

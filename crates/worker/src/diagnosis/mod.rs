@@ -131,7 +131,8 @@ impl Diagnosis {
     pub fn text(&self) -> String {
         let mut lines: Vec<String> = Vec::new();
         for Finding { code, severity, message, remedy } in &self.findings {
-            let remedy = remedy.as_ref().map(|options| format!("\n  mended by {options}")).unwrap_or_default();
+            let remedy =
+                remedy.as_ref().map(|options| format!("\n  mended by {options}")).unwrap_or_default();
             let severity = match severity {
                 Severity::Note => "note",
                 Severity::Warning => "warning",
