@@ -1254,7 +1254,6 @@ fn json_is_alike_everywhere() {
         "materials --keys",
         "materials velvet",
         "formats",
-        "guide --keys",
         "golden check e a",
         "golden report e a -o x.html",
         "golden accept e a x.png",

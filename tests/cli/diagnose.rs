@@ -104,7 +104,7 @@ fn each_fault_has_a_remedy_that_mends_it() {
         ("seen-from-behind", "error", "quad.glb --view back"),
         ("back-faces", "warning", "plates.glb --view back"),
         ("partly-behind-camera", "warning", "plates.glb --eye 1.5,0,0.5 --target 4,0,0"),
-        ("camera-inside", "note", "table.stl --eye 0,3,0 --target 0,3,9"),
+        ("camera-inside", "note", "table.stl --eye 0,3,0 --target 7.5,3,4.5"),
         ("up-in-doubt", "note", "table.stl"),
     ] {
         let report = diagnose(folder.path(), line);
