@@ -35,7 +35,7 @@ impl Reporter {
         self.note_of(codes::PROGRAM, message);
     }
 
-    /// The same of another code.
+    /// One line of another code.
     pub fn note_of(self, code: Code, message: impl Display) {
         if !self.quiet {
             error_format::note(code, &message);

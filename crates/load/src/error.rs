@@ -28,19 +28,19 @@ impl Warning {
         Self { message: one_line(message.into()), code: Self::FILE, remedy: None }
     }
 
-    /// The same of another code.
+    /// Changes the code.
     #[must_use]
     pub fn with_code(self, code: &'static str) -> Self {
         Self { code, ..self }
     }
 
-    /// The same with options that mend it.
+    /// Adds options that mend it.
     #[must_use]
     pub fn with_remedy(self, remedy: impl Into<String>) -> Self {
         Self { remedy: Some(one_line(remedy.into())), ..self }
     }
 
-    /// The same about an element of this name.
+    /// Puts the name of an element before the message.
     #[must_use]
     pub fn of(self, name: &str) -> Self {
         Self { message: one_line(format!("{name}: {}", self.message)), ..self }

@@ -23,6 +23,13 @@ pub struct Failure {
     /// The limit that was passed, by the name that raises it.
     limit: Option<String>,
     code: Code,
+    /// Apart, since results are small while all is well.
+    details: Box<Details>,
+}
+
+/// More for programs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Details {
     /// The file that it is about.
     file: Option<String>,
     /// Names that may have been meant.
@@ -89,7 +96,7 @@ impl Failure {
 
     fn new(kind: Kind, code: Code, message: impl fmt::Display) -> Self {
         let message = one_line(&message.to_string());
-        Self { kind, message, limit: None, code, file: None, candidates: Vec::new(), remedy: None }
+        Self { kind, message, limit: None, code, details: Box::default() }
     }
 
     /// Exit code 1.
@@ -107,39 +114,42 @@ impl Failure {
         Self::new(Kind::Findings, codes::FINDINGS, message)
     }
 
-    /// The same of another code.
+    /// Changes the code.
     #[must_use]
     pub fn with_code(self, code: Code) -> Self {
         Self { code, ..self }
     }
 
-    /// The same with names that may have been meant.
+    /// Adds names that may have been meant.
     #[must_use]
-    pub fn with_candidates(self, candidates: Vec<String>) -> Self {
-        Self { candidates, ..self }
+    pub fn with_candidates(mut self, candidates: Vec<String>) -> Self {
+        self.details.candidates = candidates;
+        self
     }
 
-    /// The same with code and remedy of a warning that it is in place of.
+    /// Takes over code and remedy of a warning that it stands for.
     #[must_use]
-    pub fn told_as(self, warning: &Warning) -> Self {
-        Self { code: codes::of_name(warning.code), remedy: warning.remedy.clone(), ..self }
+    pub fn told_as(mut self, warning: &Warning) -> Self {
+        self.code = codes::of_name(warning.code);
+        self.details.remedy.clone_from(&warning.remedy);
+        self
     }
 
     /// Names that may have been meant, the likeliest first: those that were given, or the one of the message.
     fn candidates(&self) -> Vec<&str> {
-        if self.candidates.is_empty() {
+        if self.details.candidates.is_empty() {
             return suggested(&self.message).into_iter().collect();
         }
-        self.candidates.iter().map(String::as_str).collect()
+        self.details.candidates.iter().map(String::as_str).collect()
     }
 
-    /// Its code; of wrong usage with a name that may have been meant, that this is no name.
+    /// Code for programs; of wrong usage with a name that may have been meant, that this is no name.
     fn shown_code(&self) -> Code {
         let is_misspelt = self.kind == Kind::Usage && !self.candidates().is_empty();
         if is_misspelt { codes::UNKNOWN_NAME } else { self.code }
     }
 
-    /// Itself as programs read it.
+    /// Object that programs read.
     #[must_use]
     pub fn json(&self) -> FailureJson<'_> {
         FailureJson {
@@ -149,12 +159,12 @@ impl Failure {
             exit_code: self.exit_code(),
             message: &self.message,
             subject: Subject {
-                file: self.file.as_deref(),
+                file: self.details.file.as_deref(),
                 option: first_option(&self.message).filter(|_| self.kind == Kind::Usage),
                 limit: self.limit.as_deref(),
             },
             candidates: self.candidates(),
-            remedy: self.remedy.as_deref(),
+            remedy: self.details.remedy.as_deref(),
         }
     }
 
@@ -169,8 +179,9 @@ impl Failure {
         if error.field == "output_side" && error.limit >= Limits::LARGEST_OUTPUT_SIDE.into() {
             return Self { message: format!("{}; it cannot be raised", failure.message), ..failure };
         }
-        let remedy = error.asked.map(|asked| format!("--limit {}={asked}", error.field));
-        Self { remedy, ..failure.raised_by(error.field) }
+        let mut failure = failure.raised_by(error.field);
+        failure.details.remedy = error.asked.map(|asked| format!("--limit {}={asked}", error.field));
+        failure
     }
 
     /// Exit code 4.
@@ -262,7 +273,7 @@ impl Failure {
     pub fn at(mut self, path: &Path) -> Self {
         let name = file_name(path);
         self.message = format!("{name}: {}", self.message);
-        self.file.get_or_insert(name);
+        self.details.file.get_or_insert(name);
         self
     }
 

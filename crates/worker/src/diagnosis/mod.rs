@@ -28,7 +28,7 @@ const SIDE: u32 = 256;
 pub struct Finding {
     /// Name of a [`codes::Code`].
     pub code: &'static str,
-    /// Its weight.
+    /// Weight.
     pub severity: Severity,
     /// One sentence; of a warning that a picture gives, its words.
     pub message: String,
