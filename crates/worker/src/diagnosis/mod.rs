@@ -19,6 +19,7 @@ use overcoat_load::Warning;
 use overcoat_render::{Rendered, Renderer};
 use overcoat_scene::Scene;
 use serde::Serialize;
+use std::cmp::Reverse;
 
 /// Longest side of the picture that is looked at, in pixels.
 const SIDE: u32 = 256;
@@ -108,7 +109,7 @@ impl Diagnosis {
         }
         let mut findings: Vec<Finding> = warnings.into_iter().map(Finding::from).collect();
         // Stable: the order of finding stays among equals.
-        findings.sort_by(|a, b| b.severity.cmp(&a.severity));
+        findings.sort_by_key(|finding| Reverse(finding.severity));
         Ok(Self {
             file: overcoat_description::file_name(&source.path),
             findings,
