@@ -4,8 +4,14 @@
 mod cache;
 #[path = "cli/conformance.rs"]
 mod conformance;
+#[path = "cli/diagnose.rs"]
+mod diagnose;
 #[path = "cli/diff.rs"]
 mod diff;
+#[path = "cli/error_format.rs"]
+mod error_format;
+#[path = "cli/guide.rs"]
+mod guide;
 #[path = "cli/install.rs"]
 mod install;
 #[path = "cli/lab.rs"]
@@ -1238,6 +1244,7 @@ fn json_is_alike_everywhere() {
         "render quad.glb -o x.png --size 8 --stage-hashes",
         "turntable quad.glb -o x.png --size 8 --frames 1",
         "info quad.glb",
+        "diagnose quad.glb",
         "sheet quad.glb -o x.png --size 8",
         "bench quad.glb --size 8 --frames 1",
         "bench quad.glb quad.glb --size 8 --image",

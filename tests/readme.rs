@@ -16,7 +16,7 @@ const OF_THE_SERVICE: [&str; 4] =
 const RECIPES: &str = "docs/src/recipes.md";
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 22] = [
     "lab",
     "conformance",
     "translate",
@@ -25,12 +25,14 @@ const COMMANDS: [&str; 20] = [
     "turntable",
     "animate",
     "info",
+    "diagnose",
     "sheet",
     "bench",
     "compare-models",
     "diff",
     "materials",
     "formats",
+    "guide",
     "golden",
     "golden check",
     "golden report",
@@ -213,7 +215,7 @@ fn examples_of_the_manual_and_of_help_are_accepted() {
             assert!(output.status.success() && message.starts_with("warning: "), "{line}: {message}");
             continue;
         }
-        if ["lab", "conformance", "materials", "formats", "completions"].contains(&arguments[0])
+        if ["lab", "conformance", "materials", "formats", "guide", "completions"].contains(&arguments[0])
             || arguments == ["man"]
         {
             // It needs no file.

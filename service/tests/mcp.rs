@@ -91,7 +91,10 @@ fn tools_draw_and_tell() {
     let tools = client.ask("tools/list", json!({}));
     let names: Vec<&str> =
         tools["tools"].as_array().unwrap().iter().map(|t| t["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["render", "views", "info", "compare_models", "compare_pictures", "materials"]);
+    assert_eq!(
+        names,
+        ["render", "views", "diagnose", "info", "compare_models", "compare_pictures", "materials"]
+    );
 
     let drawn = client.call(
         "render",
@@ -111,6 +114,15 @@ fn tools_draw_and_tell() {
     let blocks = views["content"].as_array().unwrap();
     assert_eq!((blocks.len(), width(&blocks[1]), width(&blocks[3])), (4, 32, 32));
     assert_ne!(blocks[1]["data"], blocks[3]["data"]);
+
+    let arguments = json!({"model": "rounded-cube.glb", "options": {"size": 300, "env": "none"}});
+    let told = client.call("diagnose", arguments);
+    let report = &told["structuredContent"];
+    assert_eq!(report["findings"][0]["code"], "no-light", "{told}");
+    assert_eq!(report["findings"][0]["remedy"], "--env studio");
+    assert_eq!(report["measures"]["width"], 256);
+    let told = client.call("diagnose", json!({"model": "rounded-cube.glb", "options": {"env": "studio"}}));
+    assert_eq!(told["structuredContent"]["findings"], json!([]), "{told}");
 
     let info = client.call("info", json!({"model": "torus-knot.glb"}));
     assert!(info["structuredContent"]["triangles"].as_u64().unwrap() > 100);

@@ -38,7 +38,18 @@ fn options_of_the_manual_exist() {
     let mut known = options(&(help("batch") + &help("serve") + &help("mcp")));
     // Of cargo, curl and of the other program.
     known.extend(
-        ["--locked", "--path", "--data-binary", "--now", "--release", "--unix-socket"].map(str::to_owned),
+        [
+            "--locked",
+            "--path",
+            "--data-binary",
+            "--now",
+            "--release",
+            "--unix-socket",
+            "--strict",
+            "--error-format",
+            "--keys",
+        ]
+        .map(str::to_owned),
     );
     let mentioned = options(&chapters());
     assert!(mentioned.len() > 8, "{mentioned:?}");

@@ -13,7 +13,7 @@ use std::fmt::Write;
 
 /// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
-struct Report {
+pub(super) struct Report {
     read: Read,
     written: Written,
     warnings: Vec<String>,
@@ -44,7 +44,7 @@ struct Entry {
 }
 
 /// The formats that the loaders and encoders say they support.
-fn report() -> Report {
+pub(super) fn report() -> Report {
     let entry = |FileFormat { name, extensions, mime_type }| Entry { name, extensions, mime_type };
     Report {
         read: Read {

@@ -25,7 +25,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;
     let contents = Contents::of(&model, &loaded, file_name(&args.input));
     for warning in &loaded.warnings {
-        reporter.warning(warning);
+        reporter.tell(warning);
     }
     if args.report.json {
         report::print_json(&contents)?;

@@ -13,13 +13,16 @@ pub mod conformance;
 mod contact;
 mod default_command;
 mod default_output;
+mod diagnose;
 mod diff;
 mod embedded;
 mod environment_cache;
+pub mod error_format;
 mod failure;
 mod file_uri;
 mod formats_command;
 pub mod golden;
+mod guide_command;
 mod hand_over;
 mod info;
 pub mod input;
@@ -52,7 +55,6 @@ use overcoat_core::limits::Limits;
 use overcoat_core::suggest::suggestion;
 use report::Reporter;
 use std::ffi::OsString;
-use std::io::Write;
 use std::process::ExitCode;
 
 /// Runs the command line of this process.
@@ -66,7 +68,8 @@ pub fn run() -> ExitCode {
 #[must_use]
 pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
     overcoat_worker::signals::listen();
-    let arguments = arguments.into_iter().map(Into::into).collect();
+    let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    error_format::speak(error_format::asked(&arguments));
     let done = match short_help::parse(default_command::completed(arguments)) {
         Ok(mut cli) => {
             let memory = Limits::check_memory(|| "start".to_owned(), 0).map_err(|e| Failure::limit(&e));
@@ -88,7 +91,7 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + C
         Ok(()) => 0,
         Err(failure) => {
             if !failure.is_silent() {
-                let _ = writeln!(std::io::stderr(), "overcoat: {failure}");
+                error_format::failure(&failure);
             }
             failure.exit_code()
         }
@@ -127,11 +130,13 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Turntable(args) => turntable::run(args),
         Command::Animate(args) => animate::run(args),
         Command::Info(args) => info::run(args),
+        Command::Diagnose(args) => diagnose::run(args),
         Command::Sheet(args) => sheet::run(args),
         Command::Bench(args) => bench::run(args),
         Command::CompareModels(args) => compare::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Materials(args) => materials_command::run(args),
+        Command::Guide(args) => guide_command::run(args),
         Command::Formats(args) => formats_command::run(args),
         Command::Lab(args) => lab::run(args),
         Command::Translate(args) => translate::run(args),
@@ -155,10 +160,12 @@ pub fn usage(error: &clap::Error) -> Failure {
     let what = text.split("\n\n").next().unwrap_or(text);
     let what: Vec<&str> = what.lines().map(str::trim).collect();
     let kinds = [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue];
-    let nearest = kinds.into_iter().find_map(|kind| match error.get(kind)? {
-        ContextValue::String(name) => Some(name.as_str()),
-        ContextValue::Strings(names) => names.first().map(String::as_str),
-        _ => None,
-    });
-    Failure::usage(format!("{}{} (see --help)", one_line(&what.join(" ")), suggestion(nearest)))
+    let names = |kind| match error.get(kind) {
+        Some(ContextValue::String(name)) => vec![name.clone()],
+        Some(ContextValue::Strings(names)) => names.clone(),
+        _ => Vec::new(),
+    };
+    let candidates: Vec<String> = kinds.into_iter().flat_map(names).collect();
+    let nearest = suggestion(candidates.first().map(String::as_str));
+    Failure::usage(format!("{}{nearest} (see --help)", one_line(&what.join(" ")))).with_candidates(candidates)
 }

@@ -10,6 +10,7 @@ use overcoat_image::output::{
     DEFAULT_JPEG_QUALITY, OutputError, OutputFormat, OutputOptions, destination, encode, encode_aov_png,
     encode_image, encode_terminal, fill_or_write_atomically, write_atomically,
 };
+use overcoat_worker::codes;
 use overcoat_worker::picture_format::PictureFormat;
 use overcoat_worker::picture_task::Pixels;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -295,7 +296,10 @@ pub(super) fn is_standard_output(path: &Path) -> bool {
 /// Messages name the file once.
 pub(super) fn output_failure(error: &OutputError, path: &Path) -> Failure {
     match error {
-        OutputError::Write { source, .. } => Failure::failed(format!("cannot be written: {source}")).at(path),
+        OutputError::Write { source, .. } => {
+            let failure = Failure::failed(format!("cannot be written: {source}"));
+            failure.with_code(codes::UNWRITABLE).at(path)
+        }
         OutputError::UnknownExtension { .. } => Failure::usage(error),
         other => Failure::failed(other).at(path),
     }

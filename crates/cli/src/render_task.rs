@@ -5,11 +5,12 @@ use super::embedded::Embedded;
 use super::failure::Failure;
 use super::input;
 use super::progress::Progress;
-use super::report::{self, Reporter};
+use super::report::Reporter;
 use overcoat_description::{Description, EnvironmentChoice};
 use overcoat_image::output::OutputFormat;
 use overcoat_load::Warning;
 use overcoat_scene::Orientation;
+use overcoat_worker::codes;
 use overcoat_worker::model_source::ModelSource;
 use overcoat_worker::picture_task::PictureTask;
 use std::fmt::Display;
@@ -116,13 +117,13 @@ impl RenderTask {
     /// Ends the work: no more progress, then the warnings.
     pub(super) fn finish(&mut self, warnings: &[Warning]) {
         self.progress.finish();
-        warnings.iter().for_each(|warning| self.reporter.warning(warning));
+        warnings.iter().for_each(|warning| self.reporter.tell(warning));
     }
 
     /// Says so if a model stands on another axis than is usual in files of its format.
     pub(super) fn note_up(&self, orientation: Orientation) {
-        if let Some(note) = report::note_of_up(orientation) {
-            self.reporter.note(note);
+        if let Some(note) = overcoat_worker::report::note_of_up(orientation) {
+            self.reporter.note_of(codes::UP_BY_SHAPE, note);
         }
     }
 

@@ -1,9 +1,11 @@
 //! Messages of the commands beside the picture, and the report on a movie.
 
-use super::failure::{Failure, one_line};
+use super::error_format;
+use super::failure::Failure;
 use overcoat_core::jobs::Jobs;
-use overcoat_scene::{Axis, Orientation};
+use overcoat_load::Warning;
 use overcoat_worker::camera_report::CameraReport;
+use overcoat_worker::codes::{self, Code};
 use overcoat_worker::report::{UpReport, Versions, VisibilityReport};
 use serde::Serialize;
 use std::fmt::Display;
@@ -30,30 +32,27 @@ impl Reporter {
 
     /// One line on standard error that is no warning.
     pub fn note(self, message: impl Display) {
+        self.note_of(codes::PROGRAM, message);
+    }
+
+    /// One line of another code.
+    pub fn note_of(self, code: Code, message: impl Display) {
         if !self.quiet {
-            let _ = writeln!(std::io::stderr(), "{}", one_line(&message.to_string()));
+            error_format::note(code, &message);
         }
+    }
+
+    /// One line on standard error about what was asked for, or the machine.
+    pub fn warning(self, message: impl Display) {
+        self.tell(&Warning::new(message.to_string()).with_code(codes::PROGRAM.name));
     }
 
     /// One line on standard error.
-    pub fn warning(self, message: impl Display) {
+    pub fn tell(self, warning: &Warning) {
         if !self.quiet {
-            // There is nobody to tell if standard error is closed.
-            let _ = writeln!(std::io::stderr(), "warning: {}", one_line(&message.to_string()));
+            error_format::warning(warning);
         }
     }
-}
-
-/// A line about a model that stands on another axis than is usual in files of its format, where nobody has said which is up.
-pub fn note_of_up(orientation: Orientation) -> Option<String> {
-    let usual = if orientation.up == Axis::PositiveY { Axis::PositiveZ } else { Axis::PositiveY };
-    let [up, usual] = [orientation.up, usual].map(Axis::name);
-    let note = || {
-        format!(
-            "{up} of the file is up by the shape of the model; --up {usual} has it as usual in its format"
-        )
-    };
-    orientation.up_is_by_shape.then(note)
 }
 
 /// Writes to standard output.
@@ -64,7 +63,8 @@ pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::failed(format!("standard output cannot be written: {e}")))
+            let message = format!("standard output cannot be written: {e}");
+            Err(Failure::failed(message).with_code(codes::UNWRITABLE))
         }
         _ => Ok(()),
     }

@@ -66,6 +66,7 @@ impl<'a> Files<'a> {
             Command::Turntable(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.movie.output)),
             Command::Animate(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.movie.output)),
             Command::CompareModels(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.output)),
+            Command::Diagnose(a) => (Some(&a.model.draw), a.model.input.as_slice(), None),
             Command::Sheet(a) => (Some(&a.draw), a.inputs.as_slice(), Some(&a.output)),
             Command::Diff(a) => (Some(&a.draw), a.models.as_slice(), Some(&a.output)),
             Command::Bench(a) => (Some(&a.draw), a.inputs.as_slice(), None),
@@ -76,6 +77,7 @@ impl<'a> Files<'a> {
             Command::Translate(a) => (None, [].as_slice(), a.output.as_ref()),
             Command::Conformance(_)
             | Command::Formats(_)
+            | Command::Guide(_)
             | Command::Golden(_)
             | Command::Completions(_)
             | Command::Man(_)
@@ -95,6 +97,7 @@ fn draw_of(command: &mut Command) -> Option<&mut DrawArgs> {
         Command::Turntable(args) => Some(&mut args.model.draw),
         Command::Animate(args) => Some(&mut args.model.draw),
         Command::CompareModels(args) => Some(&mut args.model.draw),
+        Command::Diagnose(args) => Some(&mut args.model.draw),
         Command::Diff(args) => Some(&mut args.draw),
         Command::Sheet(args) => Some(&mut args.draw),
         Command::Bench(args) => Some(&mut args.draw),
@@ -109,6 +112,7 @@ fn count_threads(command: &mut Command) {
         Command::Turntable(args) => &mut args.model.draw.machine.workers,
         Command::Animate(args) => &mut args.model.draw.machine.workers,
         Command::CompareModels(args) => &mut args.model.draw.machine.workers,
+        Command::Diagnose(args) => &mut args.model.draw.machine.workers,
         Command::Diff(args) => &mut args.draw.machine.workers,
         Command::Sheet(args) => &mut args.draw.machine.workers,
         Command::Bench(args) => &mut args.draw.machine.workers,
@@ -124,6 +128,7 @@ fn count_threads(command: &mut Command) {
         Command::Translate(args) => &mut args.workers,
         Command::Conformance(args) => &mut args.workers,
         Command::Formats(_)
+        | Command::Guide(_)
         | Command::Completions(_)
         | Command::Man(_)
         | Command::Batch(_)

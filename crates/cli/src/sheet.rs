@@ -144,7 +144,7 @@ fn render_cell(
     let orientation = scene.orientation();
     report.up_axis = Some(orientation.up.name());
     report.up_is_by_shape = Some(orientation.up_is_by_shape);
-    if let Some(note) = report::note_of_up(orientation) {
+    if let Some(note) = overcoat_worker::report::note_of_up(orientation) {
         task.reporter.note(format_args!("{}: {note}", report.file));
     }
     report.camera = Some(CameraReport::new(&camera, scene, &task.picture.options));

@@ -58,7 +58,7 @@ fn short() -> Command {
             all = all.mut_subcommand(below.get_name(), shortened);
         }
     }
-    all.mut_arg("sandbox", |argument| argument.hide(true))
+    all.mut_args(|argument| argument.hide(true))
 }
 
 /// A command whose `-h` fits a screen.

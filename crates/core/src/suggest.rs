@@ -45,6 +45,12 @@ pub fn suggestion(nearest: Option<&str>) -> String {
     nearest.map_or_else(String::new, |name| format!("; did you mean '{name}'?"))
 }
 
+/// The name that a message suggests by [`suggestion`].
+pub fn suggested(message: &str) -> Option<&str> {
+    let (_, name) = message.split_once("; did you mean '")?;
+    name.split_once("'?").map(|(name, _)| name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,6 +64,15 @@ mod tests {
         assert_eq!(nearest_name("cot", known), Some("coat"));
         assert_eq!(nearest_name("xyzzy", known), None);
         assert_eq!(nearest_name("x", []), None);
+    }
+
+    #[test]
+    fn suggestions_are_found_in_messages() {
+        let message = format!("there is no 'x'{} (see --help)", suggestion(Some("exposure")));
+        assert_eq!(suggested(&message), Some("exposure"));
+        for message in ["", "there is no 'x'", "; did you mean 'x"] {
+            assert_eq!(suggested(message), None);
+        }
     }
 
     #[test]

@@ -61,7 +61,7 @@ impl Description {
                     load_environment_file(path, limits, jobs)
                 };
                 let loaded = loaded.map_err(|e| about(e.into()))?;
-                let named = |w: &Warning| Warning::new(format!("{}: {w}", file_name(path)));
+                let named = |w: &Warning| w.clone().of(&file_name(path));
                 warnings.extend(loaded.warnings.iter().map(named));
                 EnvironmentSource::Image(Arc::new(loaded.image))
             }
@@ -86,7 +86,7 @@ impl Description {
                 let bytes = context.resolver.read(&name, context.limits.input_bytes);
                 let bytes = bytes.map_err(|e| about(e.into()))?;
                 let loaded = load_environment(&bytes, context).map_err(about)?;
-                let named = |w: &Warning| Warning::new(format!("{}: {w}", file_name(path)));
+                let named = |w: &Warning| w.clone().of(&file_name(path));
                 let warnings = loaded.warnings.iter().map(named).collect();
                 (EnvironmentSource::Image(Arc::new(loaded.image)), warnings)
             }

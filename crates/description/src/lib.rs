@@ -203,7 +203,7 @@ impl Description {
         };
         let mut scene = parsed.map_err(|error| error.at(path))?;
         for warning in &mut scene.warnings {
-            *warning = Warning::new(format!("{}: {warning}", file_name(path)));
+            *warning = warning.clone().of(&file_name(path));
         }
         let folder = path.parent().filter(|_| has_folder(path) && !is_standard_input(path));
         scene.resolve_paths(folder.unwrap_or(Path::new("")));

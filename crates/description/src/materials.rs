@@ -123,7 +123,7 @@ impl Materials {
     pub fn warnings(&self) -> impl Iterator<Item = Warning> {
         self.0.iter().flat_map(|(choice, file)| {
             let name = choice.source.file().map(file_name).unwrap_or_default();
-            file.warnings().map(move |warning| Warning::new(format!("{name}: {warning}")))
+            file.warnings().map(move |warning| warning.of(&name))
         })
     }
 

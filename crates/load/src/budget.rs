@@ -38,7 +38,7 @@ pub(crate) struct Claim {
     pub(crate) finest: u32,
     /// Bytes that decoding takes for a while.
     pub(crate) transient: u64,
-    /// It is one of those beyond what may be decoded.
+    /// Beyond what may be decoded.
     pub(crate) left_out: bool,
 }
 

@@ -108,7 +108,7 @@ impl EncodedImage {
             }
             Err(error) => {
                 let loss = error.loss()?;
-                warnings.add(|| format!("{} is left out: {loss}", self.name));
+                warnings.add_texture(|| format!("{} is left out: {loss}", self.name));
                 Ok(None)
             }
         }

@@ -10,12 +10,40 @@ use std::fmt;
 pub struct Warning {
     /// One line that names the element and what happens instead.
     pub message: String,
+    /// Kind of it for programs, a name that stays: [`Warning::FILE`] unless it says more.
+    pub code: &'static str,
+    /// Options of the command line that mend it, if there are any: `--exposure auto`.
+    pub remedy: Option<String>,
 }
 
 impl Warning {
-    /// A warning with this text.
+    /// Code of what a file asks for and is not drawn.
+    pub const FILE: &'static str = "file";
+
+    /// Code of a texture that a model is drawn without.
+    pub const TEXTURE: &'static str = "texture";
+
+    /// A warning with this text, of the code [`Warning::FILE`].
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: one_line(message.into()) }
+        Self { message: one_line(message.into()), code: Self::FILE, remedy: None }
+    }
+
+    /// Changes the code.
+    #[must_use]
+    pub fn with_code(self, code: &'static str) -> Self {
+        Self { code, ..self }
+    }
+
+    /// Adds options that mend it.
+    #[must_use]
+    pub fn with_remedy(self, remedy: impl Into<String>) -> Self {
+        Self { remedy: Some(one_line(remedy.into())), ..self }
+    }
+
+    /// Puts the name of an element before the message.
+    #[must_use]
+    pub fn of(self, name: &str) -> Self {
+        Self { message: one_line(format!("{name}: {}", self.message)), ..self }
     }
 }
 

@@ -507,7 +507,7 @@ impl Builder<'_> {
                 image.texture(form, self.loading, &mut self.warnings)?
             }
             Err(why) => {
-                self.warnings.add(|| why);
+                self.warnings.add_texture(|| why);
                 None
             }
         };

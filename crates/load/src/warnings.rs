@@ -14,8 +14,17 @@ pub(crate) struct Warnings {
 impl Warnings {
     /// Adds one, unless it is the same as the last one. The text is only made if there is room for it.
     pub(crate) fn add(&mut self, message: impl FnOnce() -> String) {
+        self.add_of(Warning::FILE, message);
+    }
+
+    /// Adds one about a texture that is left out, likewise.
+    pub(crate) fn add_texture(&mut self, message: impl FnOnce() -> String) {
+        self.add_of(Warning::TEXTURE, message);
+    }
+
+    fn add_of(&mut self, code: &'static str, message: impl FnOnce() -> String) {
         if self.list.len() < MOST {
-            let warning = Warning::new(message());
+            let warning = Warning::new(message()).with_code(code);
             if self.list.last() != Some(&warning) {
                 self.list.push(warning);
             }

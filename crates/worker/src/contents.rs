@@ -130,7 +130,7 @@ impl Contents {
     ///
     /// # Errors
     /// [`Failure`] if it cannot be loaded.
-    pub(crate) fn json_of_bytes(
+    pub fn json_of_bytes(
         bytes: &[u8],
         name: &Path,
         options: &LoadOptions,

@@ -1,5 +1,6 @@
 //! Pictures that show nothing of their model, or next to nothing.
 
+use crate::codes::{self, Code};
 use crate::failure::Failure;
 use crate::model_source::ModelSource;
 use crate::picture_task::PictureTask;
@@ -9,6 +10,8 @@ use overcoat_scene::{Bounds, Camera, Crowd, PrimitiveKind, Scene};
 
 /// Part of the picture below which there is hardly anything to see.
 const HARDLY: f64 = 1e-3;
+/// Option that frames the model, in place of those that place the camera.
+pub(crate) const FRAMING: &str = "--view three-quarter";
 /// Part of the picture from which on nobody looks for strays.
 const ENOUGH: f64 = 2e-2;
 
@@ -25,45 +28,84 @@ impl PictureTask {
         stats: &RenderStats,
     ) -> Result<Option<Warning>, Failure> {
         if let Some(unseen) = stats.unseen(scene, camera, &self.options) {
-            let message = format!("nothing to see: {unseen}");
+            let told = self.nothing(scene, unseen);
             if self.allow_empty {
-                return Ok(Some(Warning::new(message)));
+                return Ok(Some(told));
             }
             let small = matches!(unseen, Unseen::SmallerThanPixel | Unseen::BetweenSamples);
             let advice = match scene.crowd().filter(|_| small && !self.is_framed()) {
                 Some(crowd) => format!("{}, ", self.of_crowd(scene, &crowd)),
                 None => advice(unseen).to_owned(),
             };
-            let message = format!("{message}; {advice}--allow-empty writes the picture all the same");
-            return Err(Failure::failed(message).at(&source.path));
+            let message = format!("{told}; {advice}--allow-empty writes the picture all the same");
+            return Err(Failure::failed(message).told_as(&told).at(&source.path));
         }
+        Ok(self.hardly(scene, stats))
+    }
+
+    /// Words on a picture that shows little of its model, or nothing.
+    pub(crate) fn coverage_told(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        stats: &RenderStats,
+    ) -> Option<Warning> {
+        match stats.unseen(scene, camera, &self.options) {
+            Some(unseen) => Some(self.nothing(scene, unseen)),
+            None => self.hardly(scene, stats),
+        }
+    }
+
+    /// Says why a picture shows nothing.
+    fn nothing(&self, scene: &Scene, unseen: Unseen) -> Warning {
+        let told = Warning::new(format!("nothing to see: {unseen}")).with_code(code(unseen).name);
+        let framed = (!self.is_framed()).then(|| FRAMING.to_owned());
+        let remedy = match unseen {
+            Unseen::BehindCamera | Unseen::BesidePicture => framed,
+            Unseen::SmallerThanPixel | Unseen::BetweenSamples => {
+                let crowd = scene.crowd().filter(|_| framed.is_some());
+                crowd.map(|crowd| self.place(scene, &crowd.bounds)).or(framed)
+            }
+            _ => None,
+        };
+        Warning { remedy, ..told }
+    }
+
+    /// Warning about a picture that shows little of its model.
+    fn hardly(&self, scene: &Scene, stats: &RenderStats) -> Option<Warning> {
         if self.is_framed()
             && let Some(crowd) = scene.crowd()
         {
-            return Ok(Some(Warning::new(self.of_strays(scene, &crowd))));
+            let place = self.place(scene, &scene.bounds());
+            let told = Warning::new(self.of_strays(scene, &crowd)).with_code(codes::STRAYS.name);
+            return Some(told.with_remedy(place));
         }
         let pixels = u64::from(self.options.width) * u64::from(self.options.height);
         let part = stats.covered as f64 / pixels as f64;
         if part >= ENOUGH {
-            return Ok(None);
+            return None;
         }
         if let Some(crowd) = scene.crowd() {
-            return Ok(Some(Warning::new(self.of_crowd(scene, &crowd))));
+            let place = self.place(scene, &crowd.bounds);
+            let told = Warning::new(self.of_crowd(scene, &crowd)).with_code(codes::CROWD.name);
+            return Some(told.with_remedy(place));
         }
-        Ok((part < HARDLY).then(|| {
+        (part < HARDLY).then(|| {
             let percent = 100.0 * part;
             let covered = stats.covered;
-            Warning::new(format!(
+            let told = Warning::new(format!(
                 "hardly anything to see: the model shows in {covered} of {pixels} pixels ({percent:.3} percent); --view \
                  from another side, or --eye and --target, may show more"
-            ))
-        }))
+            ));
+            let remedy = (!self.is_framed()).then(|| FRAMING.to_owned());
+            Warning { remedy, ..told.with_code(codes::HARDLY.name) }
+        })
     }
 
     /// True if the picture frames the model, and of a model with strays the rest.
-    fn is_framed(&self) -> bool {
+    pub(crate) fn is_framed(&self) -> bool {
         let camera = &self.description.camera;
-        camera.eye.is_none() && camera.from_model.is_none()
+        camera.eye.is_none() && camera.from_model.is_none() && camera.pose.is_none()
     }
 
     /// Says how many parts of a model a framed picture does not show, and from where they can be seen.
@@ -105,6 +147,20 @@ impl PictureTask {
             all.join(",")
         };
         format!("--eye {} --target {}", place(distance), place(0.0))
+    }
+}
+
+/// Code of a picture that shows nothing.
+fn code(unseen: Unseen) -> Code {
+    match unseen {
+        Unseen::Empty => codes::EMPTY,
+        Unseen::WithoutArea => codes::WITHOUT_AREA,
+        Unseen::Transparent => codes::TRANSPARENT,
+        Unseen::BehindCamera => codes::BEHIND_CAMERA,
+        Unseen::BesidePicture => codes::BESIDE_PICTURE,
+        Unseen::SmallerThanPixel => codes::SMALLER_THAN_PIXEL,
+        Unseen::FromBehind => codes::FROM_BEHIND,
+        _ => codes::BETWEEN_SAMPLES,
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::annotation_report::annotations;
 use crate::contents::Contents;
 use crate::description_of;
+use crate::diagnosis::Diagnosis;
 use crate::failure::Failure;
 use crate::files::AskedFiles;
 use crate::losses::{left_out, limited, losses, texture_losses};
@@ -81,8 +82,12 @@ impl Drawing<'_> {
                 Some(dressed) => Ok(dressed),
                 None => self.load(work, bytes, plan, &mut stages),
             }
-            .and_then(|model| {
-                let drawn = self.draw_one((k, &work.pictures[k]), &work.name, plan, &model, &mut stages);
+            .and_then(|mut model| {
+                let request = &work.pictures[k];
+                let drawn = match request.diagnose {
+                    true => self.diagnose(k, &work.name, plan, &mut model),
+                    false => self.draw_one((k, request), &work.name, plan, &model, &mut stages),
+                };
                 dressed = Some(model);
                 drawn
             });
@@ -172,6 +177,30 @@ impl Drawing<'_> {
             warnings.extend(setting.warnings.iter().cloned());
         }
         Ok(Dressed { of, scene, warnings })
+    }
+
+    /// Looks for faults of a picture and tells them.
+    fn diagnose(
+        &mut self,
+        number: usize,
+        name: &str,
+        plan: &Planned,
+        model: &mut Dressed,
+    ) -> Result<(), Failure> {
+        let source = ModelSource { path: name.into(), format: None, options: plan.options.clone() };
+        let task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
+        let Dressed { scene, warnings, .. } = model;
+        let diagnosis = Diagnosis::new(&task, &task.source, &mut self.renderer, scene, warnings.clone())?;
+        let told = Told {
+            width: task.options.width,
+            height: task.options.height,
+            triangles: scene.triangle_count(),
+            peak_rss_bytes: peak_rss_bytes(),
+            report: Some(serde_json::to_value(diagnosis).map_err(Failure::failed)?),
+            warnings: Vec::new(),
+            stages_ms: Value::Null,
+        };
+        self.pipe.send(&FromWorker::Picture { picture: number, told: Box::new(told) }, &[])
     }
 
     /// Draws a picture and hands it over.

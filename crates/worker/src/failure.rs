@@ -1,11 +1,14 @@
 //! Failures of commands: one line for the user and an exit code for scripts.
 
+use crate::codes::{self, Class, Code};
 use overcoat_core::limits::{LimitExceeded, Limits, MEMORY};
+use overcoat_core::suggest::suggested;
 use overcoat_description::DescriptionError;
 pub use overcoat_description::{file_name, one_line};
-use overcoat_load::{AssignError, LoadError, MaterialError, ResolveError};
+use overcoat_load::{AssignError, LoadError, MaterialError, ResolveError, Warning};
 use overcoat_render::RenderError;
 use overcoat_scene::SceneError;
+use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
@@ -19,6 +22,20 @@ pub struct Failure {
     message: String,
     /// The limit that was passed, by the name that raises it.
     limit: Option<String>,
+    code: Code,
+    /// Apart, since results are small while all is well.
+    details: Box<Details>,
+}
+
+/// More for programs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Details {
+    /// The file that it is about.
+    file: Option<String>,
+    /// Names that may have been meant.
+    candidates: Vec<String>,
+    /// Options that help.
+    remedy: Option<String>,
 }
 
 /// The exit codes beside 0, which stands for done.
@@ -32,36 +49,144 @@ enum Kind {
     Limit = 3,
     /// Pictures are not what they are expected to be.
     Differ = 4,
+    /// A diagnosis has found something, and was to be strict.
+    Findings = 5,
+}
+
+/// A failure as programs read it. Fields are only ever added.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FailureJson<'a> {
+    level: &'static str,
+    code: &'static str,
+    class: Class,
+    exit_code: u8,
+    /// The line without the program's name.
+    message: &'a str,
+    subject: Subject<'a>,
+    /// Names that may have been meant, the likeliest first.
+    candidates: Vec<&'a str>,
+    /// Options that help, as the command line takes them.
+    remedy: Option<&'a str>,
+}
+
+/// File, option or limit that a failure is about.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+struct Subject<'a> {
+    file: Option<&'a str>,
+    option: Option<&'a str>,
+    limit: Option<&'a str>,
+}
+
+impl Kind {
+    /// All of them, with their meaning.
+    const ALL: [(Self, &'static str); 5] = [
+        (Self::Failed, "failed"),
+        (Self::Usage, "wrong usage"),
+        (Self::Limit, "limit exceeded"),
+        (Self::Differ, "pictures differ"),
+        (Self::Findings, "something is wrong with the picture"),
+    ];
 }
 
 impl Failure {
+    /// Exit codes beside 0, with their meaning.
+    pub fn exit_codes() -> impl Iterator<Item = (u8, &'static str)> {
+        Kind::ALL.into_iter().map(|(kind, meaning)| (kind as u8, meaning))
+    }
+
+    fn new(kind: Kind, code: Code, message: impl fmt::Display) -> Self {
+        let message = one_line(&message.to_string());
+        Self { kind, message, limit: None, code, details: Box::default() }
+    }
+
     /// Exit code 1.
     pub fn failed(message: impl fmt::Display) -> Self {
-        Self { kind: Kind::Failed, message: one_line(&message.to_string()), limit: None }
+        Self::new(Kind::Failed, codes::FAILED, message)
     }
 
     /// Exit code 2.
     pub fn usage(message: impl fmt::Display) -> Self {
-        Self { kind: Kind::Usage, message: one_line(&message.to_string()), limit: None }
+        Self::new(Kind::Usage, codes::USAGE, message)
+    }
+
+    /// Exit code 5.
+    pub fn findings(message: impl fmt::Display) -> Self {
+        Self::new(Kind::Findings, codes::FINDINGS, message)
+    }
+
+    /// Changes the code.
+    #[must_use]
+    pub fn with_code(self, code: Code) -> Self {
+        Self { code, ..self }
+    }
+
+    /// Adds names that may have been meant.
+    #[must_use]
+    pub fn with_candidates(mut self, candidates: Vec<String>) -> Self {
+        self.details.candidates = candidates;
+        self
+    }
+
+    /// Takes over code and remedy of a warning that it stands for.
+    #[must_use]
+    pub fn told_as(mut self, warning: &Warning) -> Self {
+        self.code = codes::of_name(warning.code);
+        self.details.remedy.clone_from(&warning.remedy);
+        self
+    }
+
+    /// Names that may have been meant, the likeliest first: those that were given, or the one of the message.
+    fn candidates(&self) -> Vec<&str> {
+        if self.details.candidates.is_empty() {
+            return suggested(&self.message).into_iter().collect();
+        }
+        self.details.candidates.iter().map(String::as_str).collect()
+    }
+
+    /// Code for programs; of wrong usage with a name that may have been meant, that this is no name.
+    fn shown_code(&self) -> Code {
+        let is_misspelt = self.kind == Kind::Usage && !self.candidates().is_empty();
+        if is_misspelt { codes::UNKNOWN_NAME } else { self.code }
+    }
+
+    /// Object that programs read.
+    #[must_use]
+    pub fn json(&self) -> FailureJson<'_> {
+        FailureJson {
+            level: "error",
+            code: self.shown_code().name,
+            class: self.shown_code().class.unwrap_or(Class::Internal),
+            exit_code: self.exit_code(),
+            message: &self.message,
+            subject: Subject {
+                file: self.details.file.as_deref(),
+                option: first_option(&self.message).filter(|_| self.kind == Kind::Usage),
+                limit: self.limit.as_deref(),
+            },
+            candidates: self.candidates(),
+            remedy: self.details.remedy.as_deref(),
+        }
     }
 
     /// Exit code 3, with the option that raises the limit.
     pub fn limit(error: &LimitExceeded) -> Self {
         if error.field == MEMORY {
             let message = format!("{}: {NOT_ENOUGH_MEMORY}", error.what);
-            return Self { kind: Kind::Limit, message: one_line(&message), limit: None };
+            return Self::new(Kind::Limit, codes::MEMORY, message);
         }
-        let message = one_line(&error.to_string());
-        let failure = Self { kind: Kind::Limit, message, limit: Some(error.field.to_owned()) };
+        let failure = Self::new(Kind::Limit, codes::LIMIT, error);
+        let failure = Self { limit: Some(error.field.to_owned()), ..failure };
         if error.field == "output_side" && error.limit >= Limits::LARGEST_OUTPUT_SIDE.into() {
             return Self { message: format!("{}; it cannot be raised", failure.message), ..failure };
         }
-        failure.raised_by(error.field)
+        let mut failure = failure.raised_by(error.field);
+        failure.details.remedy = error.asked.map(|asked| format!("--limit {}={asked}", error.field));
+        failure
     }
 
     /// Exit code 4.
     pub fn differ(message: impl fmt::Display) -> Self {
-        Self { kind: Kind::Differ, message: one_line(&message.to_string()), limit: None }
+        Self::new(Kind::Differ, codes::DIFFERENT, message)
     }
 
     /// Exit code 3 if a limit stopped the loader, 1 otherwise.
@@ -70,23 +195,23 @@ impl Failure {
         match error {
             LoadError::Limit(limit) => Self::limit(limit),
             LoadError::Io(e) if e.kind() == std::io::ErrorKind::OutOfMemory => {
-                Self { kind: Kind::Limit, message: format!("{NOT_ENOUGH_MEMORY} to read it"), limit: None }
+                Self::new(Kind::Limit, codes::MEMORY, format!("{NOT_ENOUGH_MEMORY} to read it"))
             }
             LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
-                Self { kind: Kind::Limit, ..Self::failed(e) }.raised_by("input_bytes")
+                Self::new(Kind::Limit, codes::LIMIT, e).raised_by("input_bytes")
             }
-            other => Self::failed(other),
+            other => Self::failed(other).with_code(code_of_load(other)),
         }
     }
 
     /// Exit code 3 if a limit stopped the loader, 1 otherwise.
     #[must_use]
     pub fn material(error: &MaterialError) -> Self {
-        let failed = Self::failed(error);
+        let limited = || Self::new(Kind::Limit, codes::LIMIT, error);
         match error.limit() {
-            Some(field) => Self { kind: Kind::Limit, ..failed }.raised_by(field),
-            None if error.is_limit() => Self { kind: Kind::Limit, ..failed },
-            None => failed,
+            Some(field) => limited().raised_by(field),
+            None if error.is_limit() => limited(),
+            None => Self::failed(error).with_code(codes::MALFORMED),
         }
     }
 
@@ -118,7 +243,7 @@ impl Failure {
     /// Exit code 1 without a word: whoever read the picture has stopped, and knows.
     #[must_use]
     pub fn silent() -> Self {
-        Self { kind: Kind::Failed, message: String::new(), limit: None }
+        Self::failed("")
     }
 
     /// True if there is nothing to say.
@@ -146,7 +271,9 @@ impl Failure {
     /// The same with the name of the file that it is about in front.
     #[must_use]
     pub fn at(mut self, path: &Path) -> Self {
-        self.message = format!("{}: {}", file_name(path), self.message);
+        let name = file_name(path);
+        self.message = format!("{name}: {}", self.message);
+        self.details.file.get_or_insert(name);
         self
     }
 
@@ -186,10 +313,29 @@ impl From<DescriptionError> for Failure {
             DescriptionError::Assign(error) => Self::assign(&error),
             DescriptionError::Scene(error) => Self::scene(&error),
             DescriptionError::At { file, error } => Self::from(*error).at(&file),
-            DescriptionError::Invalid(message) => Self::failed(message),
+            DescriptionError::Invalid(message) => Self::failed(message).with_code(codes::DESCRIPTION),
             other => Self::failed(other.to_string()),
         }
     }
+}
+
+/// Code of a file that is not loaded.
+fn code_of_load(error: &LoadError) -> Code {
+    match error {
+        LoadError::Io(_) => codes::UNREADABLE,
+        LoadError::UnknownFormat(_) => codes::UNKNOWN_FORMAT,
+        LoadError::Malformed { .. } | LoadError::Scene { .. } => codes::MALFORMED,
+        LoadError::Unsupported { .. } => codes::UNSUPPORTED,
+        LoadError::Resolve(_) => codes::REFERENCE,
+        LoadError::NoSuch(_) => codes::UNKNOWN_NAME,
+        _ => codes::FAILED,
+    }
+}
+
+/// The option that a message names first.
+fn first_option(message: &str) -> Option<&str> {
+    let is_of_name = |c: char| c.is_ascii_lowercase() || c == '-';
+    message.split(|c: char| !is_of_name(c)).find(|word| word.len() > 2 && word.starts_with("--"))
 }
 
 #[cfg(test)]

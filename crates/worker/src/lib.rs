@@ -7,15 +7,18 @@
 
 pub mod annotation_report;
 pub mod camera_report;
+pub mod codes;
 pub mod companion;
 mod contents;
 mod coverage_check;
+pub mod diagnosis;
 mod drawing;
 pub mod failure;
 mod files;
 pub mod limit_values;
 pub mod losses;
 pub mod memory_bound;
+pub mod message;
 pub mod model_source;
 pub mod picture_format;
 pub mod picture_task;

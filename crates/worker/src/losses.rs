@@ -1,5 +1,6 @@
 //! Losses: what a picture lacks of what its user may expect, found out once it is drawn.
 
+use crate::codes;
 use overcoat_core::color::ToneCurve;
 use overcoat_core::frame::{Clipping, DisplayOptions, Meter};
 use overcoat_load::Warning;
@@ -8,14 +9,19 @@ use overcoat_scene::{EnvironmentSource, Scene, ShadingModel};
 
 /// Warnings about textures that are decoded when they are read: faults that pictures have met, beyond those in `known`.
 pub fn texture_losses(scene: &Scene, known: &[Warning]) -> Vec<Warning> {
-    let mut losses: Vec<Warning> = scene.texture_losses().into_iter().map(Warning::new).collect();
+    let mut losses: Vec<Warning> = scene.texture_losses().into_iter().map(texture).collect();
     losses.retain(|loss| !known.contains(loss));
     if losses.len() > MOST {
         let more = losses.len() - MOST;
         losses.truncate(MOST);
-        losses.push(Warning::new(format!("and {more} more warnings about textures")));
+        losses.push(texture(format!("and {more} more warnings about textures")));
     }
     losses
+}
+
+/// Warning about a texture.
+fn texture(message: String) -> Warning {
+    Warning::new(message).with_code(Warning::TEXTURE)
 }
 
 /// Most warnings about textures of one model.
@@ -38,12 +44,14 @@ pub fn losses(
 pub fn limited(stats: &RenderStats) -> impl Iterator<Item = Warning> {
     let light = stats.reduced_light.as_ref().map(|reduced| {
         Warning::new(format!("{reduced}; --limit {}=N raises the limit", reduced.limit.field))
+            .with_code(codes::LESS_LIGHT.name)
     });
     let shadows = (stats.lights_without_shadow > 0).then(|| {
         Warning::new(format!(
             "{} lights throw no shadow: their depth maps would pass a limit (blocks); --limit blocks=N raises the limit",
             stats.lights_without_shadow
         ))
+        .with_code(codes::NO_SHADOWS.name)
     });
     let edges = (stats.edges_left_out > 0).then(|| {
         Warning::new(format!(
@@ -51,6 +59,7 @@ pub fn limited(stats: &RenderStats) -> impl Iterator<Item = Warning> {
              limit",
             stats.edges_left_out
         ))
+        .with_code(codes::NO_EDGES.name)
     });
     light.into_iter().chain(shadows).chain(edges)
 }
@@ -67,7 +76,8 @@ pub fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<It
         names.sort_unstable();
         names.dedup();
         let list = names.join(", ");
-        (!names.is_empty()).then(|| Warning::new(format!("{} has no {list}: left out", model.name())))
+        let told = || format!("{} has no {list}: left out", model.name());
+        (!names.is_empty()).then(|| Warning::new(told()).with_code(codes::LEFT_OUT.name))
     })
 }
 
@@ -84,11 +94,14 @@ pub fn clipped(scene: &Scene, display: &DisplayOptions, clipping: Clipping) -> O
     }
     let percent = lost * 100 / covered;
     let (color, strength) = if white * 2 >= lost { ("white", "bright") } else { ("black", "dark") };
-    let auto = if display.meter == Meter::Always { "" } else { "--exposure auto meters it, " };
-    Some(Warning::new(format!(
+    let is_metered = display.meter == Meter::Always;
+    let (auto, remedy) =
+        if is_metered { ("", "--no-lights") } else { ("--exposure auto meters it, ", "--exposure auto") };
+    let told = Warning::new(format!(
         "{percent} percent of the object is {color}: the lights are too {strength} for this exposure; {auto}--no-lights leaves \
          out those of the file"
-    )))
+    ));
+    Some(told.with_code(codes::CLIPPED.name).with_remedy(remedy))
 }
 
 /// Exposure that was lowered because lights left too much white.
@@ -100,6 +113,8 @@ pub fn lowered_exposure(display: &DisplayOptions, exposure: f32) -> Option<Warni
             "the lights leave more than a third of the object white: the exposure is {stops:.1} stops lower; --exposure 0 keeps it, \
              --no-lights leaves out those of the file"
         ))
+        .with_code(codes::LOWERED.name)
+        .with_remedy("--exposure 0")
     })
 }
 
@@ -111,7 +126,8 @@ const CLIPPED: u64 = 98;
 pub fn lost_tint(tinted: bool, display: &DisplayOptions) -> Option<Warning> {
     let message = "glass tints what is behind it, which a transparent picture cannot show: it is grey there; a background \
                    colour, --background env or OpenEXR shows it";
-    (tinted && display.background.is_none()).then(|| Warning::new(message))
+    (tinted && display.background.is_none())
+        .then(|| Warning::new(message).with_code(codes::TINT.name).with_remedy("--background env"))
 }
 
 /// Splats beside surfaces: their colours are what a screen is to show, and surfaces need the curve.
@@ -120,7 +136,7 @@ fn changed_splats(scene: &Scene, display: &DisplayOptions) -> Option<Warning> {
     let changes = scene.splat_count() > 0 && !scene.is_display_referred() && curve != ToneCurve::None;
     let text =
         || format!("the tone curve '{curve}' changes the colours of splats too: --tone-map none keeps them");
-    changes.then(|| Warning::new(text()))
+    changes.then(|| Warning::new(text()).with_code(codes::SPLATS.name).with_remedy("--tone-map none"))
 }
 
 #[cfg(test)]

@@ -92,6 +92,9 @@ pub struct PictureRequest {
     /// Tell all that `overcoat render --json` tells.
     #[serde(default)]
     pub report: bool,
+    /// Tell what `overcoat diagnose --json` tells as the report of a picture without files.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub diagnose: bool,
 }
 
 /// Why a file is not to be had.

@@ -1,7 +1,7 @@
 //! Parts of the reports on pictures: versions, times by stage, settings that were used.
 
 use overcoat_render::Visibility;
-use overcoat_scene::{Orientation, Scene, ShadingModel};
+use overcoat_scene::{Axis, Orientation, Scene, ShadingModel};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::time::{Duration, Instant};
@@ -92,6 +92,19 @@ impl From<Orientation> for UpReport {
     fn from(of: Orientation) -> Self {
         Self { up_axis: of.up.name(), up_is_by_shape: of.up_is_by_shape }
     }
+}
+
+/// A line about a model that stands on another axis than is usual in files of its format, where nobody has said which is up.
+#[must_use]
+pub fn note_of_up(orientation: Orientation) -> Option<String> {
+    let usual = if orientation.up == Axis::PositiveY { Axis::PositiveZ } else { Axis::PositiveY };
+    let [up, usual] = [orientation.up, usual].map(Axis::name);
+    let note = || {
+        format!(
+            "{up} of the file is up by the shape of the model; --up {usual} has it as usual in its format"
+        )
+    };
+    orientation.up_is_by_shape.then(note)
 }
 
 /// Settings of visibility that were used.

@@ -12,8 +12,8 @@ use std::path::PathBuf;
   overcoat mcp
   overcoat mcp --root models/ --quality draft --size 512
 
-Started by a program that speaks the Model Context Protocol, with this line as its command. Tools: render, views, info,
-compare_models, compare_pictures, materials.")]
+Started by a program that speaks the Model Context Protocol, with this line as its command. Tools: render, views, diagnose,
+info, compare_models, compare_pictures, materials.")]
 pub struct McpArgs {
     /// Folder whose files may be read, and pictures of which may be saved in it with --write
     #[arg(long, value_name = "DIR", default_value = ".", help_heading = None::<&str>)]

@@ -84,6 +84,7 @@ impl Server {
         match name {
             "render" => self.render(arguments).await,
             "views" => self.views(arguments).await,
+            "diagnose" => self.diagnose(arguments).await,
             "info" => self.info(arguments).await,
             "compare_models" => self.compare_models(arguments).await,
             "compare_pictures" => self.compare_pictures(arguments).await,

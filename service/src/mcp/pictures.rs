@@ -73,6 +73,15 @@ impl Server {
         Ok(CallToolResult::success(content))
     }
 
+    /// `diagnose`
+    pub(super) async fn diagnose(&self, arguments: &Map<String, Value>) -> Result<CallToolResult, Problem> {
+        let request = self.request(arguments.get("options"), None)?;
+        let request = PictureRequest { diagnose: true, ..request };
+        let mut drawn = self.draw(text(arguments, "model")?, vec![request]).await?;
+        let told = drawn.pop().and_then(|picture| picture.told.report);
+        told.map(CallToolResult::structured).ok_or_else(|| Problem::new(Kind::Worker, "no diagnosis came"))
+    }
+
     /// `info`
     pub(super) async fn info(&self, arguments: &Map<String, Value>) -> Result<CallToolResult, Problem> {
         let (name, bytes, files) = self.model(text(arguments, "model")?).await?;

@@ -46,6 +46,13 @@ pub fn all() -> Vec<Tool> {
             json!(["model"]),
         ),
         tool(
+            "diagnose",
+            "Tell what is wrong with the picture that `render` makes of the same arguments: too bright or dark, cut off, tiny, empty, \
+             no light, back faces, missing textures, up axis in doubt. Each finding has a code, numbers and the option that mends it.",
+            json!({ "model": model(), "options": options() }),
+            json!(["model"]),
+        ),
+        tool(
             "info",
             "Tell what is in a model file: triangles, size, materials, textures, lights, cameras, animations, variants, warnings.",
             json!({ "model": model() }),

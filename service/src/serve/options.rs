@@ -222,7 +222,7 @@ impl Options {
             // Values that change nothing make no other key.
             jpeg_quality: quality.filter(|_| format == OutputFormat::Jpeg),
             aovs: self.aovs.clone(),
-            report: false,
+            ..PictureRequest::default()
         };
         Ok((request, price))
     }

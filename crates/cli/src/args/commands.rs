@@ -68,6 +68,27 @@ pub struct RenderArgs {
     pub model: ModelArgs,
 }
 
+/// `overcoat diagnose`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  overcoat diagnose car.glb
+  overcoat diagnose car.glb --json --eye 0,1,4 --exposure 2
+
+Options are those of render, and decisions too; the picture is drawn with at most 256 pixels a side. Options that mend \
+something go in place of others that place the camera.
+
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 5 something is wrong (--strict)")]
+pub struct DiagnoseArgs {
+    /// End with exit code 5 if there is more than notes to say
+    #[arg(long)]
+    pub strict: bool,
+
+    #[command(flatten)]
+    pub animation: Options<Posing>,
+    #[command(flatten)]
+    pub model: ModelArgs,
+}
+
 /// What moving pictures have in common.
 #[derive(Debug, Args)]
 pub struct MovieArgs {

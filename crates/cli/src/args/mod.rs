@@ -13,8 +13,8 @@ mod options;
 mod thumbnail;
 
 pub use commands::{
-    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, DiffArgs, FormatsArgs, InfoArgs, MaterialsArgs,
-    MovieArgs, RenderArgs, SheetArgs, Turn, TurntableArgs,
+    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, DiagnoseArgs, DiffArgs, FormatsArgs, InfoArgs,
+    MaterialsArgs, MovieArgs, RenderArgs, SheetArgs, Turn, TurntableArgs,
 };
 pub use groups::{
     DrawArgs, EncodingArgs, InputArgs, LimitArgs, MachineArgs, ModelArgs, PictureEncodingArgs, ReportArgs,
@@ -26,7 +26,9 @@ pub use thumbnail::ThumbnailArgs;
 
 use super::attempt::AttemptArgs;
 use super::conformance::ConformanceArgs;
+use super::error_format::ErrorFormat;
 use super::golden::GoldenArgs;
+use super::guide_command::GuideArgs;
 use super::hand_over::ServiceArgs;
 use super::lab::LabArgs;
 use super::translate::TranslateArgs;
@@ -43,7 +45,7 @@ use clap::{Parser, Subcommand};
   overcoat car.glb
   overcoat render --help
 
-Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 pictures differ (golden)"
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 pictures differ (golden), 5 findings (diagnose)"
 )]
 pub struct Cli {
     /// What to do.
@@ -56,6 +58,19 @@ pub struct Cli {
     /// threads and open files. An error on systems without them (Linux 5.13 on x86-64 or 64-bit ARM has them).
     #[arg(long, global = true, help_heading = groups::MACHINE, display_order = 999)]
     pub sandbox: bool,
+
+    /// Form of errors and warnings on standard error: human, or json, an object a line
+    #[arg(
+        long,
+        global = true,
+        value_name = "FORMAT",
+        value_enum,
+        default_value = "human",
+        hide_possible_values = true,
+        help_heading = "Report",
+        display_order = 999
+    )]
+    pub error_format: ErrorFormat,
 }
 
 /// The commands.
@@ -71,6 +86,8 @@ pub enum Command {
     Animate(Box<AnimateArgs>),
     /// Print what a model file contains
     Info(InfoArgs),
+    /// Tell what is wrong with a picture of a model, and which option mends it
+    Diagnose(Box<DiagnoseArgs>),
     /// Render many models to one labelled contact sheet
     Sheet(Box<SheetArgs>),
     /// Measure frames of one model with an orbiting camera, or of a new model each
@@ -87,6 +104,8 @@ pub enum Command {
     Translate(Box<TranslateArgs>),
     /// Make a folder of scenes, truth and tolerances that tests renderers of clear coats
     Conformance(Box<ConformanceArgs>),
+    /// Print one page for programs that call this one, or the vocabulary of its reports
+    Guide(GuideArgs),
     /// List the formats of files that are read and written
     Formats(FormatsArgs),
     /// Compare pictures of any renderer with expected ones; report, accept
@@ -157,6 +176,9 @@ mod tests {
             "bench x --rounds 1 --png",
             "materials -o y --size 1 --columns 1",
             "formats --json",
+            "guide --keys",
+            "formats --error-format json",
+            "diagnose x --strict --json --eye 0,0,1 --animation 0",
             "translate candy-red --to three --from stacklit -o x.toml --picture y.png --force --json --quiet",
             "lab -o x.svg --over light --from -1 --to 1 --steps 2 --by coat --models three --samples 256 --view 1 --light -1",
             "lab --coat 1 --coat-roughness 1 --coat-ior 1 --thickness 1 --extinction 1,1,1 --base-roughness 1 --metal",
@@ -203,7 +225,9 @@ mod tests {
         {
             assert!(render.contains(&name), "render --help does not name {name}");
         }
-        for command in ["thumbnail", "turntable", "animate", "info", "sheet", "bench", "compare-models"] {
+        for command in
+            ["thumbnail", "turntable", "animate", "info", "diagnose", "sheet", "bench", "compare-models"]
+        {
             let words = help(command);
             assert!(extensions().all(|name| words.contains(&name)), "{command} --help lacks a format");
         }

@@ -29,7 +29,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut renderer = args.draw.renderer();
     let setting = task.picture.setting(renderer.jobs())?;
     let mut measurement = Measurement::default();
-    setting.warnings.iter().for_each(|warning| task.reporter.warning(warning));
+    setting.warnings.iter().for_each(|warning| task.reporter.tell(warning));
     measurement.warnings.extend(setting.warnings.iter().map(ToString::to_string));
     let service = Service { task: &task, setting, for_screen: args.image || args.png, png: args.png };
     let models = task.sources().count();

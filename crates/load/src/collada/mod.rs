@@ -297,7 +297,7 @@ impl<'a> Builder<'a> {
         Limits::check(|| format!("{FORMAT}: the number of textures"), count, limit, "textures")?;
         let Some(file) = self.document.images.get(image) else {
             let image = quoted(image.as_bytes());
-            self.warnings.add(|| format!("{FORMAT}: there is no image {image}"));
+            self.warnings.add_texture(|| format!("{FORMAT}: there is no image {image}"));
             return Ok(None);
         };
         // URIs of files: `file:///C:/textures/a%20b.png`.
@@ -305,7 +305,7 @@ impl<'a> Builder<'a> {
         let image = match read_picture(FORMAT, self.context, &file, &mut self.budget)? {
             Ok(image) => image,
             Err(why) => {
-                self.warnings.add(|| why);
+                self.warnings.add_texture(|| why);
                 return Ok(None);
             }
         };

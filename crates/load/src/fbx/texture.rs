@@ -245,7 +245,7 @@ impl Textures {
             }
             Err(error) => {
                 let loss = error.loss()?;
-                loading.warnings.add(|| format!("{} is left out: {loss}", image.name));
+                loading.warnings.add_texture(|| format!("{} is left out: {loss}", image.name));
                 Ok(None)
             }
         }
@@ -270,7 +270,7 @@ impl Textures {
                 Some(image)
             }
             Err(why) => {
-                loading.warnings.add(|| why);
+                loading.warnings.add_texture(|| why);
                 None
             }
         };

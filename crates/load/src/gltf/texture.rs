@@ -64,7 +64,7 @@ impl Textures {
         let transform = info.extensions.transform.as_deref();
         let set = transform.and_then(|t| t.tex_coord).or(info.tex_coord).unwrap_or_default();
         let mut dropped = |reason: &dyn Fn() -> String| {
-            warnings.add(|| format!("{}: {}; drawn without the texture", what(), reason()));
+            warnings.add_texture(|| format!("{}: {}; drawn without the texture", what(), reason()));
             None
         };
         let Some(index) = info.index else {
@@ -212,7 +212,7 @@ impl Lost<'_> {
     ) -> Result<Option<Encoded>, LoadError> {
         let Self { what, used, message, substitute } = self;
         let Some(substitute) = *substitute else {
-            warnings.add(|| format!("{what}{used}: {message}; drawn without it"));
+            warnings.add_texture(|| format!("{what}{used}: {message}; drawn without it"));
             return Ok(None);
         };
         let (other, opened) = open(substitute, root, buffers, context, budget)?;
@@ -231,7 +231,7 @@ impl Lost<'_> {
                 }))
             }
             Err(message) => {
-                warnings.add(|| format!("{other}: {message}; drawn without it"));
+                warnings.add_texture(|| format!("{other}: {message}; drawn without it"));
                 Ok(None)
             }
         }
@@ -307,7 +307,7 @@ impl Encoded {
         match other.decode(buffers) {
             Ok(decoded) => Ok(decoded.textures(warnings)),
             Err(message) => {
-                warnings.add(|| format!("{}: {message}; drawn without it", other.what));
+                warnings.add_texture(|| format!("{}: {message}; drawn without it", other.what));
                 Ok(Vec::new())
             }
         }

@@ -210,7 +210,7 @@ impl<'a> Library<'a> {
                 match self.nearby.read(context, folder, names, context.limits.input_bytes) {
                     Ok(found) => found,
                     Err(error) => {
-                        warnings.add(|| format!("OBJ: {what} is left out: {error}"));
+                        warnings.add_texture(|| format!("OBJ: {what} is left out: {error}"));
                         continue;
                     }
                 };
@@ -239,7 +239,7 @@ impl<'a> Library<'a> {
                 }
                 Err(error) => {
                     let message = error.loss()?;
-                    warnings.add(|| format!("OBJ: {what} is left out: {message}"));
+                    warnings.add_texture(|| format!("OBJ: {what} is left out: {message}"));
                 }
             }
         }
@@ -301,7 +301,7 @@ impl<'a> Library<'a> {
                 }
                 Some(Err(error)) => {
                     let message = error.loss()?;
-                    warnings.add(|| format!("{} is left out: {message}", image.name));
+                    warnings.add_texture(|| format!("{} is left out: {message}", image.name));
                     None
                 }
             };

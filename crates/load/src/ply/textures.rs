@@ -118,7 +118,7 @@ impl<'a> Reader<'a> {
         let image = match read_picture("PLY", self.context, name, &mut self.budget)? {
             Ok(image) => image,
             Err(why) => {
-                warnings.add(|| why);
+                warnings.add_texture(|| why);
                 return Ok(None);
             }
         };

@@ -265,7 +265,7 @@ impl Builder<'_> {
         Limits::check(|| "3MF: the number of textures".to_owned(), count, limit, "textures")?;
         let of = self.package.models.get(model);
         let Some(picture) = of.and_then(|of| of.groups.pictures.get(&id)) else {
-            self.warnings.add(|| format!("3MF: texture {id} does not exist"));
+            self.warnings.add_texture(|| format!("3MF: texture {id} does not exist"));
             return Ok(None);
         };
         let (path, sampler) = (quoted(picture.path.as_bytes()), picture.sampler);
@@ -282,7 +282,7 @@ impl Builder<'_> {
         let image = match read {
             Ok(image) => image,
             Err(why) => {
-                self.warnings.add(|| why);
+                self.warnings.add_texture(|| why);
                 return Ok(None);
             }
         };

@@ -65,6 +65,14 @@ impl<'c> Files<'c> {
         }
     }
 
+    /// Warns of a texture that is left out, once.
+    pub(super) fn say_texture(&mut self, message: impl FnOnce() -> String) {
+        let message = message();
+        if self.said.len() < LAYERS && self.said.insert(message.clone()) {
+            self.warnings.add_texture(|| message);
+        }
+    }
+
     /// The layer that a file in a folder refers to; none, with a warning, if it cannot be had.
     pub(super) fn layer(&mut self, folder: &str, asset: &str) -> Result<Option<Rc<Layer>>, LoadError> {
         let key = (folder.to_owned(), asset.to_owned());

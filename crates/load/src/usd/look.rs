@@ -341,7 +341,7 @@ impl<'m, 'c> Maker<'m, 'c> {
                 Ok(decoded) => pictures.push((picture, decoded.image)),
                 Err(error) => {
                     let loss = error.loss()?;
-                    self.stage.files.say(|| format!("{} is left out: {loss}", image.name));
+                    self.stage.files.say_texture(|| format!("{} is left out: {loss}", image.name));
                 }
             }
         }
@@ -393,7 +393,7 @@ impl<'m, 'c> Maker<'m, 'c> {
         let image = match read {
             Ok(image) => Some(image),
             Err(why) => {
-                files.say(|| why);
+                files.say_texture(|| why);
                 None
             }
         };
