@@ -180,7 +180,7 @@ pub(crate) fn warn_of_left_out(names: Vec<String>, warnings: &mut Warnings) {
         1 => " and another one are left out".to_owned(),
         more => format!(" and {more} more are left out"),
     };
-    warnings.add(|| {
+    warnings.add_texture(|| {
         format!("{first}{others}: the textures have too many texels to be decoded (total_texture_pixels)")
     });
 }
