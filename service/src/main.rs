@@ -24,7 +24,7 @@ enum Command {
     Batch(Box<BatchArgs>),
     /// Serve pictures of models over HTTP
     Serve(Box<ServeArgs>),
-    /// Serve tools for programs that speak the Model Context Protocol, over standard streams
+    /// Serve tools of the Model Context Protocol over standard streams
     Mcp(Box<McpArgs>),
     /// What this program starts to draw: serves its parent over standard streams
     #[command(hide = true)]

@@ -14,7 +14,7 @@ use super::picture::{Memory, Request};
 use super::rendered::RenderStats;
 use overcoat_core::frame::{Aov, AovPlane, PlaneSample};
 use overcoat_core::jobs::Jobs;
-use overcoat_scene::{Camera, EnvironmentSource, Material, Scene, Workflow};
+use overcoat_scene::{Camera, EnvironmentSource, Instance, Material, Scene, Workflow};
 use overcoat_tiles::options::{RenderError, RenderOptions};
 use overcoat_tiles::relief::Relief;
 
@@ -72,6 +72,13 @@ impl Strengths {
             let rim = options.rim.unwrap_or_else(|| when(is_lit && in_studio && is_white(material)));
             [cavity, rim]
         };
+        // Nearly all pictures end here, without memory of their own.
+        let changes = |instance: &Instance| {
+            scene.materials().get(instance.material.index()).is_some_and(|material| of(material) != [0.0; 2])
+        };
+        if !scene.instances().iter().any(changes) {
+            return None;
+        }
         let mut of_materials: Vec<[f32; 2]> = scene.materials().iter().map(of).collect();
         if rim_if_white {
             // Colours of vertices multiply those of materials.

@@ -45,7 +45,7 @@ use clap::{Parser, Subcommand};
   overcoat car.glb
   overcoat render --help
 
-Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 pictures differ (golden), 5 findings (diagnose)"
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 pictures differ, 5 findings"
 )]
 pub struct Cli {
     /// What to do.
@@ -120,7 +120,7 @@ pub enum Command {
     /// Render models over HTTP
     #[command(disable_help_flag = true)]
     Serve(ServiceArgs),
-    /// Serve tools for programs that speak the Model Context Protocol, over standard streams
+    /// Serve tools of the Model Context Protocol over standard streams
     #[command(disable_help_flag = true)]
     Mcp(ServiceArgs),
     /// Try what a program that was taken over would try, to see that --sandbox holds on this machine
