@@ -104,7 +104,7 @@ impl Memory {
         request: &Request<'_>,
         mut target: Option<(&mut Target<'_>, [u32; 4])>,
     ) -> Result<Drawn, RenderError> {
-        let relief = self.find_relief(request)?;
+        let mut relief = self.find_relief(request)?;
         let mut without_lost = None;
         let mut options = Cow::Borrowed(request.options);
         let mut passed = None;
@@ -129,6 +129,11 @@ impl Memory {
                 Err(Stop::Light(what, limit)) => match options_with(&options, what) {
                     Some(less) => {
                         rays_fit |= matches!(what, Less::Rays(_));
+                        if options.visibility.is_on() && !less.visibility.is_on() {
+                            // Relief by default is that of pictures with shadows.
+                            relief =
+                                self.find_relief(&Request { options: &less, relief: None, ..request })?;
+                        }
                         options = Cow::Owned(less);
                         passed = passed.or(Some(limit));
                     }
