@@ -64,6 +64,7 @@ pub fn curated() -> Vec<(String, Recipe)> {
     all.push(("vertex-attributes".to_owned(), vertex_attributes()));
     all.push(("switches-of-material-file".to_owned(), switches()));
     all.push(("coat-darkening".to_owned(), coat_darkening()));
+    all.push(("relief".to_owned(), Recipe { relief: true, size: [48, 40], ..mirrored() }));
     all.extend(
         FILES.iter().map(|(name, file, time, eye)| ((*name).to_owned(), of_file(&file(), *time, *eye))),
     );

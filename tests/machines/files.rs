@@ -180,6 +180,9 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
         // So many scenes do not look at large maps for long.
         text += "map_size = 32\n";
     }
+    if recipe.relief {
+        text += "cavity = 1.0\nrim = 1.0\n";
+    }
     if let Some(model) = recipe.shading {
         let _ = writeln!(text, "shading = \"{}\"", model.name());
     }

@@ -35,6 +35,8 @@ pub struct Recipe {
     /// As `ground` of scene files.
     pub ground: &'static str,
     pub ground_reflection: f32,
+    /// Creases and outlines by their tone, in full.
+    pub relief: bool,
     /// Over the models that materials name.
     pub shading: Option<ShadingModel>,
     pub aovs: Vec<Aov>,
@@ -282,6 +284,7 @@ impl Recipe {
             quality: Quality::Draft,
             ground: "none",
             ground_reflection: 0.0,
+            relief: false,
             shading: None,
             aovs: Vec::new(),
             output: OutputFormat::Png,

@@ -133,6 +133,7 @@ fn plainer_picture(recipe: &Recipe, number: usize) -> Option<Recipe> {
         |r, _| r.quality = Quality::Draft,
         |r, _| r.ground = "none",
         |r, _| r.ground_reflection = 0.0,
+        |r, _| r.relief = false,
         |r, _| r.shading = None,
         |r, _| r.exposure = 0.0,
         |r, _| r.tone_curve = ToneCurve::None,
