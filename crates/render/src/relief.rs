@@ -14,7 +14,7 @@ use super::picture::{Memory, Request};
 use super::rendered::RenderStats;
 use overcoat_core::frame::{Aov, AovPlane, PlaneSample};
 use overcoat_core::jobs::Jobs;
-use overcoat_scene::{Camera, EnvironmentSource, Instance, Material, Scene, Workflow};
+use overcoat_scene::{Camera, EnvironmentSource, Instance, Lobes, Material, Scene, Workflow};
 use overcoat_tiles::options::{RenderError, RenderOptions};
 use overcoat_tiles::relief::Relief;
 
@@ -121,7 +121,7 @@ impl Strengths {
     }
 }
 
-/// True of surfaces that are white all over, as far as the material tells.
+/// True of surfaces that are plain white all over, as far as the material tells: paint and cloth have highlights of their own.
 fn is_white(material: &Material) -> bool {
     let [r, g, b, _] = material.base_color;
     let (least, most) = (r.min(g).min(b), r.max(g).max(b));
@@ -129,7 +129,9 @@ fn is_white(material: &Material) -> bool {
         Workflow::MetallicRoughness { metallic, .. } => metallic < 0.5,
         Workflow::SpecularGlossiness { .. } => false,
     };
-    is_dielectric && material.base_color_texture.is_none() && least >= WHITE && most - least <= TINT
+    let is_plain = material.coat == 0.0 && material.lobes == Lobes::default();
+    let is_even = material.base_color_texture.is_none();
+    is_dielectric && is_plain && is_even && least >= WHITE && most - least <= TINT
 }
 
 impl Memory {

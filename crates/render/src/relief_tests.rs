@@ -169,6 +169,10 @@ fn white_in_the_studio_alone_has_a_rim() {
     let mesh = textured.add_mesh(primitives::sphere(1.0, 48).unwrap()).unwrap();
     let material = textured.add_material(white().with(|m| m.base_color_texture = Some(map))).unwrap();
     textured.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
+    let painted = ball(white().with(|m| m.coat = 1.0));
+    assert_eq!(change(&painted, &camera(), &lit), None);
+    let cloth = ball(white().with(|m| m.lobes.sheen.color = [0.2; 3].into()));
+    assert_eq!(change(&cloth, &camera(), &lit), None);
     let mut lamp = ball(white());
     lamp.add_light(Light::directional([0.0, -1.0, -0.5], 1.0)).unwrap();
     let mut outdoors = ball(white());
