@@ -79,8 +79,8 @@ pub struct RenderOptions {
     /// blended, let light through or are unlit stay as they are.
     pub cavity: Option<f32>,
     /// Strength by which surfaces are drawn darker towards their outline, 0 to 2. `None`: 1 where four fifths of what is seen are
-    /// white, without a texture, and lit by the studio alone, so that white stands out from a white page; else 0, and where
-    /// [`RenderOptions::visibility`] is off.
+    /// plain white (without a texture, colours of vertices, coat or other lobes) and lit by the studio alone, so that white stands
+    /// out from a white page; else 0, and where [`RenderOptions::visibility`] is off.
     pub rim: Option<f32>,
     /// Occlusion of the environment's light.
     pub visibility: Visibility,

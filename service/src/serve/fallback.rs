@@ -2,6 +2,7 @@
 
 use super::app::App;
 use super::error::Told;
+use super::offers::read_bytes;
 use axum::body::{Body, Bytes};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
@@ -30,14 +31,9 @@ impl Fallback {
     /// # Errors
     /// One line that names it.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let about = |reason: String| format!("{}: {reason}", path.display());
-        let size = std::fs::metadata(path).map_err(|e| about(e.to_string()))?.len();
-        if size > LARGEST {
-            return Err(about(format!("{size} bytes exceed {LARGEST}")));
-        }
-        let bytes = std::fs::read(path).map_err(|e| about(e.to_string()))?;
-        let media_type =
-            media_type(&bytes).ok_or_else(|| about("expected a picture in PNG, JPEG or WebP".to_owned()))?;
+        let bytes = read_bytes(path, LARGEST)?;
+        let media_type = media_type(&bytes)
+            .ok_or_else(|| format!("{}: expected a picture in PNG, JPEG or WebP", path.display()))?;
         Ok(Self { bytes: bytes.into(), media_type: HeaderValue::from_static(media_type) })
     }
 

@@ -82,12 +82,21 @@ pub fn read(path: &Path) -> Result<(BTreeMap<String, Preset>, Offers), String> {
 /// # Errors
 /// One line that names the file.
 pub fn read_text(path: &Path, largest: u64) -> Result<String, String> {
+    let bytes = read_bytes(path, largest)?;
+    String::from_utf8(bytes).map_err(|_| format!("{}: the text is not UTF-8", path.display()))
+}
+
+/// Content of a file that the operator names.
+///
+/// # Errors
+/// One line that names the file.
+pub fn read_bytes(path: &Path, largest: u64) -> Result<Vec<u8>, String> {
     let about = |reason: String| format!("{}: {reason}", path.display());
     let size = std::fs::metadata(path).map_err(|e| about(e.to_string()))?.len();
     if size > largest {
         return Err(about(format!("{size} bytes exceed {largest}")));
     }
-    std::fs::read_to_string(path).map_err(|e| about(e.to_string()))
+    std::fs::read(path).map_err(|e| about(e.to_string()))
 }
 
 /// Message of an error in a file, with its line.

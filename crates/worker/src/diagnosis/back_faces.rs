@@ -19,7 +19,8 @@ const NEARER: f32 = 1e-4;
 /// Longest side of the pictures that views are tried with.
 const SIDE: u32 = 64;
 
-/// Share of the pixels of the object, if all surfaces had two sides, that show something else as they have not.
+/// Share of the pixels of the object, if all surfaces had two sides, that show something else as they have not. `None` if no
+/// pixel shows it.
 ///
 /// # Errors
 /// [`Failure`] if a limit is passed.
@@ -28,10 +29,10 @@ pub(super) fn share(
     renderer: &mut Renderer,
     scene: &mut Scene,
     camera: &Camera,
-) -> Result<f64, Failure> {
+) -> Result<Option<f64>, Failure> {
     let one_sided = one_sided(scene);
     if one_sided.is_empty() {
-        return Ok(0.0);
+        return Ok(Some(0.0));
     }
     let mut options = options.clone();
     options.aovs = vec![Aov::Depth];
@@ -47,7 +48,7 @@ pub(super) fn share(
         .iter()
         .zip(&both)
         .filter(|&(&one, &two)| two > 0.0 && (one == 0.0 || two < one * (1.0 - NEARER)));
-    Ok(if all == 0 { 0.0 } else { hidden.count() as f64 / all as f64 })
+    Ok((all > 0).then(|| hidden.count() as f64 / all as f64))
 }
 
 /// Name of the first view, of those that have one, from which next to no surface is seen from behind.
@@ -79,9 +80,7 @@ pub(super) fn better_view(
         let scaled = |side: u32| (side * SIDE.min(longest) / longest).max(1);
         (options.width, options.height) = (scaled(options.width), scaled(options.height));
         let camera = description.camera(scene, &options).map_err(|error| error.at(&source.path))?;
-        options.aovs.clear();
-        let rendered = renderer.render(scene, &camera, &options).map_err(|e| Failure::render(&e))?;
-        if rendered.stats.covered > 0 && share(&options, renderer, scene, &camera)? < NOTICED {
+        if share(&options, renderer, scene, &camera)?.is_some_and(|share| share < NOTICED) {
             return Ok(Some(name));
         }
     }

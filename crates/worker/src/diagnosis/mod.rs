@@ -94,7 +94,8 @@ impl Diagnosis {
         warnings.extend(small.coverage_told(scene, &camera, &stats));
         let mut measures = Measures::new(scene, &camera, &frame, &metered, &stats);
         measures.missing_textures = warnings.iter().filter(|w| w.code == Warning::TEXTURE).count();
-        measures.back_faces = back_faces::share(&small.options, renderer, scene, &camera)?;
+        let back_faces = back_faces::share(&small.options, renderer, scene, &camera)?;
+        measures.back_faces = back_faces.unwrap_or(0.0);
         let words: Vec<String> = warnings.iter().map(|warning| warning.message.clone()).collect();
         let more = findings::of(&small, scene, &measures, &display, &warnings);
         warnings.extend(more);
