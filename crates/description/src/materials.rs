@@ -21,7 +21,7 @@ pub enum MaterialSource {
 }
 
 impl MaterialSource {
-    /// A text that ends in `.toml` or has a slash is a path; everything else the name of a built-in material.
+    /// A text that ends in `.toml` or `.mtlx` or has a slash is a path; everything else the name of a built-in material.
     ///
     /// # Errors
     /// One line with the names that there are.
@@ -34,8 +34,8 @@ impl MaterialSource {
     /// # Errors
     /// As there.
     pub fn of(text: &OsStr) -> Result<Self, String> {
-        let is_toml = inner_extension(Path::new(text)).as_deref() == Some("toml");
-        if is_toml || text.as_encoded_bytes().iter().any(|b| matches!(b, b'/' | b'\\')) {
+        let is_file = matches!(inner_extension(Path::new(text)).as_deref(), Some("toml" | "mtlx"));
+        if is_file || text.as_encoded_bytes().iter().any(|b| matches!(b, b'/' | b'\\')) {
             return Ok(Self::File(PathBuf::from(text)));
         }
         builtin(&text.to_string_lossy()).map(|material| Self::Builtin(material.name))
@@ -79,7 +79,7 @@ pub fn builtin(name: &str) -> Result<&'static BuiltinMaterial, String> {
         let names: Vec<&str> = BuiltinMaterial::all().iter().map(|material| material.name).collect();
         let nearest = nearest_name(name, names.iter().copied());
         format!(
-            "neither a file (.toml) nor a built-in material, which are {}{}",
+            "neither a file (.toml, .mtlx) nor a built-in material, which are {}{}",
             names.join(", "),
             suggestion(nearest)
         )

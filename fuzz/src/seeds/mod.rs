@@ -265,7 +265,11 @@ fn openexr() -> Vec<(&'static str, Vec<u8>)> {
     files
 }
 
-const MATERIAL: [(&str, &str); 2] = [
+const MATERIAL: [(&str, &str); 3] = [
+    (
+        "materialx",
+        "<?xml version='1.0'?><materialx version='1.39' colorspace='lin_rec709' fileprefix='maps/'><nodegraph name='N'><input name='t' type='color3' value='0.5, 1, 1'/><texcoord name='u' type='vector2'/><place2d name='p' type='vector2'><input name='texcoord' nodename='u'/><input name='rotate' value='30'/><input name='scale' value='2, 3'/></place2d><image name='i' type='color3'><input name='file' type='filename' value='t.png'/><input name='texcoord' nodename='p'/><input name='uaddressmode' value='mirror'/></image><multiply name='m' type='color3'><input name='in1' nodename='i'/><input name='in2' interfacename='t'/></multiply><mix name='x' type='float'><input name='bg' value='0'/><input name='fg' value='1'/><input name='mix' nodename='n'/></mix><noise2d name='n' type='float'/><normalmap name='o' type='vector3'><input name='in' nodename='i'/></normalmap><output name='c' nodename='m'/><output name='r' nodename='x'/><output name='n' nodename='o'/></nodegraph><open_pbr_surface name='S' type='surfaceshader'><input name='base_color' nodegraph='N' output='c'/><input name='specular_roughness' nodegraph='N' output='r'/><input name='geometry_normal' nodegraph='N' output='n'/><input name='coat_weight' value='1'/><input name='emission_luminance' value='4000'/></open_pbr_surface><surfacematerial name='M' type='material'><input name='surfaceshader' nodename='S'/></surfacematerial></materialx>",
+    ),
     (
         "paint",
         "description = \"x\"\nmodel = \"stacklit\"\nbase_color = \"#dcdce0\"\nmetallic = 1\nroughness = 0.3\nnormal_texture = { file = \"t.png\", scale = 8, wrap = \"clamp\", filter = \"nearest\", offset = [0.5, 1], rotation = 30 }\ncoat = 1\ncoat_thickness = 1\ncoat_extinction = [0.1, 2, 2]\n\n[options]\nstacklit_refracted_angles = true\n",

@@ -43,7 +43,7 @@ const PARTS: [(&str, &str); 2] =
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   overcoat translate candy-red --to three -o candy-three.toml
-  overcoat translate paint.toml --to openpbr -o new.toml --picture both.png
+  overcoat translate paint.toml --to openpbr -o new.mtlx --picture both.png
   overcoat translate paint.toml --to gltf --into car.glb --material body -o painted.glb
   overcoat translate car.glb --from three --to gltf -o copy.glb
 
@@ -61,7 +61,7 @@ textures of that material go. A glTF file in place of the material: each of its 
 copy, and its textures stay. Nothing else of a copy is changed. It refers to the same files, so that it goes beside the
 original where there are any.")]
 pub struct TranslateArgs {
-    /// Material file (.toml), the name of a built-in material, or a glTF file (.glb, .gltf)
+    /// Material file (.toml, .mtlx), the name of a built-in material, or a glTF file (.glb, .gltf)
     #[arg(value_name = "MATERIAL", value_parser = subject_parser())]
     pub subject: Subject,
 
@@ -81,7 +81,7 @@ pub struct TranslateArgs {
     #[arg(long, value_name = "NAME")]
     pub material: Vec<String>,
 
-    /// File to write: material (.toml), or copy of the glTF file [default: the material is printed]
+    /// File to write: material (.toml; .mtlx with --to openpbr), or copy of the glTF file [default: the material is printed]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 
@@ -303,7 +303,15 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
     let jobs = Jobs::new(args.workers.count());
     let context = Context { resolver: resolver.as_ref(), limits, jobs: &jobs };
     // Numbers and textures are those of the file that is written; the report in its first line is no part of them.
-    let made = reread(&written(&found, &goal, file.text(), models, source, Flip::new(0.0, None)), &context)?;
+    let mut made =
+        reread(&written(&found, &goal, file.text(), models, source, Flip::new(0.0, None)), &context)?;
+    let mut materialx = None;
+    if args.output.as_deref().is_some_and(is_materialx) {
+        let (document, lost) = made.to_materialx();
+        warnings.extend(lost.iter().map(ToString::to_string));
+        made = reread(&document, &context)?;
+        materialx = Some(document);
+    }
     let spheres = [seen::sphere_of_file(&file, from, limits)?, seen::sphere_of_file(&made, args.to, limits)?];
     let flip = Flip::new(seen::between_spheres(spheres, &mut renderer, limits)?, None);
     flip.check(&what, &goal.lacks(material), args.force)?;
@@ -315,7 +323,7 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
     let reporter = Reporter { quiet: args.report.quiet };
     warnings.iter().for_each(|warning| reporter.warning(warning));
     if let Some(output) = args.output.as_ref().filter(|path| !is_standard_output(path)) {
-        Encoded::new(output.clone(), toml.clone().into_bytes()).write()?;
+        Encoded::new(output.clone(), materialx.unwrap_or_else(|| toml.clone()).into_bytes()).write()?;
     }
     let [before, after] = [found.before, found.after].map(Difference::from);
     if args.report.json {
@@ -337,6 +345,11 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
     }
 }
 
+/// True of the name of a MaterialX document.
+fn is_materialx(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mtlx"))
+}
+
 /// Name of a material in messages.
 fn label(source: &MaterialSource) -> String {
     match source {
@@ -346,8 +359,8 @@ fn label(source: &MaterialSource) -> String {
 }
 
 /// A material file that was written, as it is read.
-fn reread(toml: &str, context: &Context<'_>) -> Result<MaterialFile, Failure> {
-    MaterialFile::from_bytes(toml.as_bytes(), context).map_err(|e| Failure::material(&e))
+fn reread(text: &str, context: &Context<'_>) -> Result<MaterialFile, Failure> {
+    MaterialFile::from_bytes(text.as_bytes(), context).map_err(|e| Failure::material(&e))
 }
 
 /// Writes a copy and says what is in it.
@@ -399,8 +412,12 @@ fn check_output(args: &TranslateArgs, source: &MaterialSource) -> Result<(), Fai
         let what = "a material becomes part of a model: name the glTF file with --into";
         return Err(Failure::usage(what).at(path));
     }
-    if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
-        return Err(Failure::usage(format!("{} is no .toml", path.display())));
+    if is_materialx(path) && args.to != ShadingModel::OpenPbr {
+        let what = "MaterialX takes the numbers of OpenPBR: it is written with --to openpbr";
+        return Err(Failure::usage(what).at(path));
+    }
+    if !is_materialx(path) && path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
+        return Err(Failure::usage(format!("{} is no .toml or .mtlx", path.display())));
     }
     let input: Vec<PathBuf> = source.file().map(Path::to_owned).into_iter().collect();
     check_file(path, &input)

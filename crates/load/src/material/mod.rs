@@ -24,11 +24,17 @@
 //! to the substance stays: its name, and whether it is drawn from both sides. With `over = true` only the keys
 //! that are given change.
 //!
-//! Files are written by hand, so nothing is clamped or ignored: what is wrong is an error with line and key.
+//! Files are written by hand, so nothing is clamped or ignored: what is wrong is an error with line and key. Documents of
+//! MaterialX, which other programs write, are read too: what has no place here is a warning.
 mod assign;
 mod builtin;
 mod error;
 mod keys;
+#[cfg(feature = "more-models")]
+mod materialx;
+#[cfg(not(feature = "more-models"))]
+#[path = "without_materialx.rs"]
+mod materialx;
 mod parse;
 mod texture;
 
@@ -53,6 +59,8 @@ pub struct MaterialFile {
     settings: Vec<Setting>,
     pictures: Pictures,
     text: String,
+    /// About a document of another format that this was made of.
+    notes: Vec<Warning>,
 }
 
 impl MaterialFile {
@@ -90,6 +98,14 @@ impl MaterialFile {
         let text = std::str::from_utf8(bytes).map_err(|_| {
             MaterialError::whole(MaterialErrorReason::Unreadable("it is not a text file".to_owned()))
         })?;
+        let (translated, notes);
+        let text = if materialx::is_xml(bytes) {
+            (translated, notes) = materialx::to_toml(text, context)?;
+            translated.as_str()
+        } else {
+            notes = Vec::new();
+            text
+        };
         let settings = parse::parse(text)?;
         let wanted: Vec<Wanted<'_>> = settings
             .iter()
@@ -101,10 +117,10 @@ impl MaterialFile {
             })
             .collect();
         let pictures = Pictures::load(&wanted, context)?;
-        Ok(Self { settings, pictures, text: text.to_owned() })
+        Ok(Self { settings, pictures, text: text.to_owned(), notes })
     }
 
-    /// The file as it was read.
+    /// The file as it was read; of a MaterialX document the material file that says the same.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
@@ -128,13 +144,14 @@ impl MaterialFile {
         }
     }
 
-    /// Keys that are spelt in another way than they should be.
+    /// Keys that are spelt in another way than they should be, and what of a MaterialX document has no effect.
     pub fn warnings(&self) -> impl Iterator<Item = Warning> {
-        self.settings.iter().filter_map(|setting| {
+        let spelt = self.settings.iter().filter_map(|setting| {
             let spelt = setting.spelt.as_deref()?;
             let (line, name) = (setting.line, setting.key.name);
             Some(Warning::new(format!("line {line}: {spelt}: the key is spelt {name}")))
-        })
+        });
+        spelt.chain(self.notes.iter().cloned())
     }
 
     /// True if it is laid over the model's own material instead of replacing it.

@@ -1,0 +1,13 @@
+//! Stands in for the reader of MaterialX in builds without its XML.
+
+use super::error::{MaterialError, MaterialErrorReason};
+use crate::{Context, Warning};
+
+pub(super) fn is_xml(bytes: &[u8]) -> bool {
+    bytes.trim_ascii_start().first() == Some(&b'<')
+}
+
+pub(super) fn to_toml(_: &str, _: &Context<'_>) -> Result<(String, Vec<Warning>), MaterialError> {
+    let message = "documents of MaterialX are not read by this program".to_owned();
+    Err(MaterialError::whole(MaterialErrorReason::Unreadable(message)))
+}
