@@ -373,7 +373,8 @@ fn kind(count: usize) -> &'static str {
 }
 
 fn text_of(numbers: &[f32]) -> String {
-    let numbers: Vec<String> = numbers.iter().map(f32::to_string).collect();
+    // No negative zeros.
+    let numbers: Vec<String> = numbers.iter().map(|v| (v + 0.0).to_string()).collect();
     numbers.join(", ")
 }
 
