@@ -11,6 +11,7 @@ use crate::model::Model;
 use crate::options::{GivenRequest, Request, read};
 use crate::orbit::Orbit;
 use crate::renderer::Renderer;
+use crate::signals::interruptible;
 use crate::world::World;
 use overcoat::description::{Description, Machine};
 use overcoat::frame::DisplayOptions;
@@ -121,7 +122,8 @@ impl Turn<'_> {
     ) -> PyResult<T> {
         let (threads, cancellation) = (self.of.threads, self.cancellation.clone());
         let kept = self.of.lock().viewport.take();
-        let (viewport, result) = py.detach(|| {
+        let stop = self.cancellation.clone();
+        let ((viewport, result), raised) = interruptible(py, &stop, || {
             let _arithmetic = DefaultArithmetic::new();
             let new = || viewport::Viewport::new(overcoat::Renderer::new(threads));
             let mut viewport = kept.unwrap_or_else(new);
@@ -133,7 +135,7 @@ impl Turn<'_> {
             (viewport, result)
         });
         self.of.lock().viewport = Some(viewport);
-        result
+        raised.map_or(result, Err)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::{about_options, of_description};
 use overcoat::Scene;
 use overcoat::description::{Description, Materials};
-use overcoat::load::{Context, MaterialFile, Warning};
+use overcoat::load::{Context, GivenPictures, MaterialFile, Warning};
 use overcoat::scene::{Material, Workflow};
 use overcoat::world::TexturedMaterial;
 use serde_json::{Value, json};
@@ -50,13 +50,8 @@ fn lay(source: Value, scene: &mut Scene, context: &Context<'_>) -> Result<Vec<Wa
     match source {
         Value::Null => {}
         Value::Object(_) => {
-            let table: toml::Table = serde_json::from_value(source).map_err(|error| wrong(&error))?;
-            let text = toml::to_string(&table).map_err(|error| wrong(&error))?;
-            let file = MaterialFile::from_bytes(text.as_bytes(), context).map_err(|mut error| {
-                // Lines are those of a text that nobody has seen.
-                error.line = None;
-                wrong(&error)
-            })?;
+            let file = MaterialFile::from_text(&source.to_string(), &GivenPictures::default(), context);
+            let file = file.map_err(|error| wrong(&error))?;
             file.assign(scene, None, context.limits).map_err(|error| wrong(&error))?;
         }
         name => {
