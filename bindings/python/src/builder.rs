@@ -272,7 +272,7 @@ impl SceneBuilder {
         let transform = transform(&matrix)?;
         let mut parts = self.parts();
         let cloud = parts.scene.add_splats(cloud).map_err(|e| errors::scene("splats", &e))?;
-        let added = parts.scene.add_splat_instance(SplatInstance { cloud, transform, object });
+        let added = parts.scene.add_splat_instance(SplatInstance::new(cloud, transform).with_object(object));
         added.map_err(|e| errors::scene("splats", &e))
     }
 

@@ -1,6 +1,6 @@
 //! Materials that are given as dicts: the text of a material file, with pictures of arrays.
 
-use crate::errors::{self, Kind};
+use crate::errors;
 use crate::kept::Texels;
 use overcoat::jobs::Jobs;
 use overcoat::load::{Context, DirectoryResolver, GivenPictures, MaterialFile};

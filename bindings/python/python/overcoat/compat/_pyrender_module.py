@@ -8,7 +8,7 @@ import importlib.machinery
 import importlib.util
 import sys
 import types
-from typing import Any, Optional, Sequence
+from typing import Any, MutableSequence, Optional, Sequence
 
 #: What pyrender imports for windows and drivers, and its classes of scenes do not use.
 _OF_DRIVERS = ("OpenGL", "pyglet", "freetype")
@@ -76,7 +76,7 @@ def _forget(*roots: str) -> None:
 class _StandIn(types.ModuleType):
     """A module with every name: classes that can be derived from, called and asked for more."""
 
-    __path__: Sequence[str] = ()
+    __path__: MutableSequence[str] = []
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -116,3 +116,7 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         # `from OpenGL.GL import *` takes these.
         if module.__name__ == "OpenGL.GL":
             module.__dict__.update(_GL)
+            # A table of functions by the type of what they set.
+            kinds = [*(f"{n}{t}v" for n in (1, 2, 3, 4) for t in ("i", "ui", "f", "d"))]
+            kinds += [f"Matrix{n}{t}v" for n in ("2", "3", "4", "2x3", "2x4", "3x2", "3x4", "4x2", "4x3") for t in ("f", "d")]
+            module.__dict__.update({f"glUniform{kind}": _Anything for kind in kinds})
