@@ -164,9 +164,13 @@ class Splats:
         builder.name_object(object_number, name)
 
 
-def model_of(meshes: Sequence[Union[Mesh, Splats]], up: Optional[str]) -> _overcoat.Model:
+def model_of(
+    meshes: Sequence[Union[Mesh, Splats]], up: Optional[str], warnings: Sequence[str] = ()
+) -> _overcoat.Model:
     """A model of meshes and splats."""
     builder = _overcoat.SceneBuilder()
+    for warning in warnings:
+        builder.warn(warning)
     for number, (mesh, name) in enumerate(zip(meshes, _names(meshes))):
         mesh.add_to(builder, number, name)
     return builder.finish(up)

@@ -245,7 +245,7 @@ else:
 
         Args:
             source: Path of a model file (glTF, OBJ, STL, PLY, 3MF, FBX, COLLADA and others), its bytes, a file object, a `Model`, a `Mesh` or `Splats` or a
-                list of them, a `Scene`, a scene or geometry of trimesh, or a scene of pyrender. In its place, arrays:
+                list of them, a `Scene`, a scene or geometry of trimesh, PyVista or Open3D, or a scene of pyrender. In its place, arrays:
             vertices, faces, lines, normals, uv, colors, texture: As of `Mesh`.
             renderer: Whose threads are used; one that all calls share if `None`.
             options: Keys of scene files, see `help(overcoat.Options)`; among them

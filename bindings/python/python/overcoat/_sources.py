@@ -39,12 +39,18 @@ def load(
         from .compat._pyrender_scene import camera_of, convert
 
         return convert(source).model, camera_of(source)
-    if (hasattr(source, "geometry") and hasattr(source, "graph")) or hasattr(source, "vertices"):
+    is_mesh = hasattr(source, "vertices") and not hasattr(source, "triangle_uvs")
+    if (hasattr(source, "geometry") and hasattr(source, "graph")) or is_mesh:
         from ._trimesh import model_of_trimesh
 
         return model_of_trimesh(source, up)
+    from ._foreign import meshes_of
+
+    foreign = meshes_of(source)
+    if foreign is not None:
+        return model_of(foreign[0], up, foreign[1]), {}
     raise MeshError(
-        f"a model is a path, bytes, a file object, Meshes and Splats, a scene or mesh of trimesh, or a scene of pyrender; "
+        f"a model is a path, bytes, a file object, Meshes and Splats, a scene or mesh of trimesh, PyVista or Open3D, or a scene of pyrender; "
         f"not a {type(source).__name__}"
     )
 
