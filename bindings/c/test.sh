@@ -90,6 +90,11 @@ cmp "$work/thumbnail.png" "$work/expected.png"
 if "$work/thumbnail" /nowhere.glb "$work/none.png" 2>"$work/error"; then exit 1; fi
 grep -q '/nowhere.glb: /nowhere.glb: cannot be read' "$work/error"
 test ! -e "$work/none.png"
+gcc -std=c11 "${strict[@]}" "$here/examples/depth.c" -o "$work/depth" "${shared[@]}"
+"$work/depth" "$model" "$work/depth.exr" | grep -q ' m away, at .*, of the model$'
+# The linear picture of the command, in every bit.
+"$target/release/overcoat" render "$model" --size 160x120 --ground none -o "$work/expected.exr" -q
+"$target/release/overcoat" golden check "$work/depth.exr" "$work/expected.exr"
 # The listing of README.md.
 awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on' "$here/README.md" >"$work/listing.c"
 gcc -std=c11 "${strict[@]}" "$work/listing.c" -o "$work/listing" "${shared[@]}"

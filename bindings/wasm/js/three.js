@@ -8,7 +8,7 @@ const wrong = (message) => new OvercoatError(message, "options");
 const rgb = ({ r, g, b }) => [r, g, b];
 
 /** Tone mappings of three.js by their numbers. */
-const TONES = { 0: "none", 4: "aces", 6: "agx", 7: "neutral" };
+const TONES = { 0: "none", 1: "none", 4: "aces", 6: "agx", 7: "neutral" };
 
 /** The size in pixels of options. */
 const sizeOf = (size = 512) => (typeof size === "number" ? [size, size] : size);
