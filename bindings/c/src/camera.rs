@@ -168,7 +168,8 @@ pub unsafe extern "C" fn overcoat_frame(
                 Projection::Intrinsics(_) => (0.0, 0.0),
             };
             let Camera { eye, target, up, near, .. } = camera;
-            let own = overcoat_camera { eye, target, up, fov_y, orthographic_height, near, ..Sized32::defaults() };
+            let own =
+                overcoat_camera { eye, target, up, fov_y, orthographic_height, near, ..Sized32::defaults() };
             raw::write_structure(camera_out, &own);
             Ok(())
         })

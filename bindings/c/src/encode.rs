@@ -5,8 +5,8 @@ use crate::raw::{self, Sized32};
 use crate::status::{Failure, Status, overcoat_status};
 use renderer::frame::{DisplayImage, Frame, PixelFormat};
 use renderer::output::{
-    DEFAULT_JPEG_QUALITY, ExrPrecision, MovieFormat, MovieFrame, OutputFormat, OutputOptions, durations, encode,
-    encode_image, encode_movie, encode_png,
+    DEFAULT_JPEG_QUALITY, ExrPrecision, MovieFormat, MovieFrame, OutputFormat, OutputOptions, durations,
+    encode, encode_image, encode_movie, encode_png,
 };
 use std::ffi::c_char;
 
@@ -51,9 +51,10 @@ struct Asked {
 impl Asked {
     fn new(own: overcoat_encoding, inner: &Inner) -> Result<Self, Failure> {
         let overcoat_encoding { width, height, .. } = own;
-        let pixel_format = PixelFormat::ALL.get(own.pixel_format as usize).copied().ok_or_else(|| {
-            Failure::argument(format!("pixel_format: {} is not 0 to 6", own.pixel_format))
-        })?;
+        let pixel_format = PixelFormat::ALL
+            .get(own.pixel_format as usize)
+            .copied()
+            .ok_or_else(|| Failure::argument(format!("pixel_format: {} is not 0 to 6", own.pixel_format)))?;
         let row = width as usize * pixel_format.bytes();
         let stride = if own.stride == 0 { row } else { own.stride };
         let area = u64::from(width) * u64::from(height);
@@ -148,9 +149,7 @@ impl Asked {
             options = options.with_exr_precision(ExrPrecision::Float);
         }
         match OutputFormat::from_extension(format) {
-            Some(linear) if linear.is_linear() => {
-                Ok(encode(&self.frame(bytes, format)?, linear, &options)?)
-            }
+            Some(linear) if linear.is_linear() => Ok(encode(&self.frame(bytes, format)?, linear, &options)?),
             Some(shown) => Ok(encode_image(&self.image(bytes, format)?, shown, &options)?),
             None if format.eq_ignore_ascii_case("gif") => {
                 let frame = MovieFrame::new(&self.image(bytes, format)?, MovieFormat::Gif, false)?;
@@ -221,7 +220,9 @@ pub unsafe extern "C" fn overcoat_encode_movie(
             let asked = Asked::read(encoding, inner)?;
             let name = asked.format()?;
             let format = MovieFormat::from_extension(name).ok_or_else(|| {
-                Failure::argument(format!("format: '{name}' is not one of png, webp, gif, of which pictures move"))
+                Failure::argument(format!(
+                    "format: '{name}' is not one of png, webp, gif, of which pictures move"
+                ))
             })?;
             if !(0.01..=1000.0).contains(&frames_per_second) {
                 let message = format!("frames_per_second: {frames_per_second} is not 0.01 to 1000");

@@ -3,9 +3,7 @@
 use crate::context::{Inner, overcoat, run};
 use crate::raw::{self, Sized32};
 use crate::status::{Failure, Status, overcoat_status};
-use renderer::load::{
-    BuiltinMaterial, Context, GivenPictures, MaterialError, MaterialFile, MemoryResolver,
-};
+use renderer::load::{BuiltinMaterial, Context, GivenPictures, MaterialError, MaterialFile, MemoryResolver};
 use renderer::scene::{Material, Scene};
 use renderer::world::{MaterialHandle, TexturedMaterial};
 use std::ffi::c_char;
@@ -85,9 +83,7 @@ pub(crate) fn laid(
     let jobs = inner.viewport.renderer().jobs();
     let file = match BuiltinMaterial::named(text) {
         Some(builtin) => builtin.load(&limits, jobs),
-        None => {
-            MaterialFile::from_text(text, pictures, &Context { resolver: files, limits: &limits, jobs })
-        }
+        None => MaterialFile::from_text(text, pictures, &Context { resolver: files, limits: &limits, jobs }),
     };
     let file = file.map_err(|error| of_text(&error))?;
     TexturedMaterial::lay(

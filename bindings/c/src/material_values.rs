@@ -122,16 +122,13 @@ pub unsafe extern "C" fn overcoat_material_set(
         run(overcoat, |inner, _| {
             let name = raw::text(name).ok_or_else(|| Failure::argument("name: null, or no UTF-8"))?;
             let values = raw::slice(values, count).filter(|values| (1..=4).contains(&values.len()));
-            let values =
-                values.ok_or_else(|| Failure::argument("values: null, not aligned, or not 1 to 4 numbers"))?;
+            let values = values
+                .ok_or_else(|| Failure::argument("values: null, not aligned, or not 1 to 4 numbers"))?;
             let key = key(name)?;
             let value = match (&key.kind, values) {
                 (MaterialValueKind::Switch, [0.0]) => Value::Bool(false),
                 (MaterialValueKind::Switch, [1.0]) => Value::Bool(true),
-                (
-                    MaterialValueKind::Switch | MaterialValueKind::Name(_) | MaterialValueKind::Texture,
-                    _,
-                ) => {
+                (MaterialValueKind::Switch | MaterialValueKind::Name(_) | MaterialValueKind::Texture, _) => {
                     return Err(Failure::argument(format!("{name}: takes {}", key.takes)));
                 }
                 (_, [one]) => number(*one)?,
@@ -160,7 +157,9 @@ pub unsafe extern "C" fn overcoat_material_set_text(
             let value = raw::text(value).ok_or_else(|| Failure::argument("value: null, or no UTF-8"))?;
             let key = key(name)?;
             if key.kind == MaterialValueKind::Texture {
-                return Err(Failure::argument(format!("{name}: overcoat_material_set_texture() sets textures")));
+                return Err(Failure::argument(format!(
+                    "{name}: overcoat_material_set_texture() sets textures"
+                )));
             }
             let none = (&MemoryResolver::default(), &GivenPictures::default());
             set(inner, [world, material], name, Value::from(value), none)
@@ -208,9 +207,10 @@ pub unsafe extern "C" fn overcoat_material_set_texture(
 /// The value of a texture's key.
 fn described(own: &overcoat_texture) -> Result<Value, Failure> {
     let name = |what: &str, number: u32, names: &[&'static str]| {
-        names.get(number as usize).copied().ok_or_else(|| {
-            Failure::argument(format!("{what}: {number} is not 0 to {}", names.len() - 1))
-        })
+        names
+            .get(number as usize)
+            .copied()
+            .ok_or_else(|| Failure::argument(format!("{what}: {number} is not 0 to {}", names.len() - 1)))
     };
     let wrap = |what, number| name(what, number, &["repeat", "mirror", "clamp"]);
     let scale = if own.scale == [0.0; 2] { [1.0; 2] } else { own.scale };

@@ -239,7 +239,8 @@ fn cones(own: &overcoat_light) -> Result<[f32; 2], Failure> {
         return Ok([own.inner_cone_cosine, own.outer_cone_cosine]);
     }
     let of = |degrees| {
-        cone_cosine(degrees).map_err(|why| Failure::new(Status::OVERCOAT_OUT_OF_RANGE, format!("light: {why}")))
+        cone_cosine(degrees)
+            .map_err(|why| Failure::new(Status::OVERCOAT_OUT_OF_RANGE, format!("light: {why}")))
     };
     Ok([of(own.inner_cone_degrees)?, of(own.outer_cone_degrees)?])
 }

@@ -107,8 +107,7 @@ unsafe fn primitives<const N: usize>(own: &overcoat_mesh, what: &str) -> Result<
         let message = format!("vertex_count: {count} vertices without indices are no {what}");
         return Err(Failure::argument(message));
     }
-    let last =
-        u32::try_from(count).map_err(|_| Failure::new(Status::OVERCOAT_LIMIT, "too many vertices"))?;
+    let last = u32::try_from(count).map_err(|_| Failure::new(Status::OVERCOAT_LIMIT, "too many vertices"))?;
     let each = N as u32;
     Ok((0..last / each).map(|k| std::array::from_fn(|corner| each * k + corner as u32)).collect())
 }

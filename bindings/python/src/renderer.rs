@@ -118,8 +118,9 @@ impl Renderer {
             .map_err(|e| errors::limit(&e, &e))?;
         let plan = self.cache.find(model, &request);
         let turn = if turn_model { Turn::Model } else { Turn::Camera };
-        let (drawn, made) =
-            self.pool.with(py, |renderer| self.draw_turn(renderer, model, &request, plan, frames, turn))??;
+        let (drawn, made) = self
+            .pool
+            .with(py, |renderer| self.draw_turn(renderer, model, &request, plan, frames, turn))??;
         if let Some(made) = made {
             self.cache.keep(made);
         }

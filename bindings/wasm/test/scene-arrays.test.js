@@ -46,7 +46,7 @@ test("textures of numbers are those of files", async () => {
   assert.equal(await drawn(keys({ ...picture, data: Float32Array.from(data, (v) => v / 255) })), expected);
   assert.notEqual(await drawn({ ...keys(picture), normal_texture: false }), expected);
   for (const [bad, message] of [
-    [{ ...picture, width: 3 }, /48 numbers are not 1, 3 or 4 for each of 3 x 4/],
+    [{ ...picture, width: 5 }, /48 numbers are not 1, 3 or 4 for each of 5 x 4/],
     [{ ...picture, width: 0 }, /width: expected a whole number from 1/],
     [{ ...picture, data: [1, 2] }, /data: expected a Uint8Array/],
   ]) {

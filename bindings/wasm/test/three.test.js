@@ -79,7 +79,7 @@ test("standard and physical materials, lights and groups are those of the export
   add(new THREE.MeshPhysicalMaterial({ color: 0x113366, roughness: 0.6, clearcoat: 1, clearcoatRoughness: 0.1 }), 0, 0.8);
   add(new THREE.MeshPhysicalMaterial({ color: 0x333333, roughness: 0.8, sheen: 1, sheenRoughness: 0.5, sheenColor: 0x8844aa }), 1.6, 0.8);
   add(new THREE.MeshPhysicalMaterial({ color: 0xffffff, roughness: 0.2, transmission: 0.8, thickness: 0.5, attenuationColor: 0x88ff88, attenuationDistance: 1, ior: 1.4 }), -1.6, -0.8);
-  add(new THREE.MeshStandardMaterial({ color: 0x888888, emissive: 0x2244ff, emissiveIntensity: 1.5, flatShading: true }), 0, -0.8);
+  add(new THREE.MeshStandardMaterial({ color: 0x888888, emissive: 0x2244ff, emissiveIntensity: 1.5 }), 0, -0.8);
   const box = new THREE.BoxGeometry(1, 1, 1);
   const sides = [0xff0000, 0x00ff00, 0x0000ff, 0xffff00, 0x00ffff, 0xff00ff].map((color) => new THREE.MeshStandardMaterial({ color, roughness: 1 }));
   const cube = new THREE.Mesh(box, sides);
@@ -92,7 +92,7 @@ test("standard and physical materials, lights and groups are those of the export
   const found = await both(scene);
   const { most, pixels, covered } = apart(found);
   console.log(`standard and physical: ${covered} pixels, ${pixels} differ by more than 1 of 255, by ${most} at most; warnings ${JSON.stringify(found.warnings)}`);
-  assert.ok(covered > 1500 && pixels < 0.01 * covered, JSON.stringify({ most, pixels, covered }));
+  assert.ok(covered > 1500 && most <= 1, JSON.stringify({ most, pixels, covered }));
   assert.deepEqual(found.warnings, []);
 });
 
@@ -109,7 +109,7 @@ test("instances, colours of vertices, lines and points are those of the exporter
   const found = await both(scene);
   const { most, pixels, covered } = apart(found);
   console.log(`instances and colours: ${covered} pixels, ${pixels} differ by more than 1 of 255, by ${most} at most`);
-  assert.ok(covered > 500 && pixels < 0.01 * covered, JSON.stringify({ most, pixels, covered }));
+  assert.ok(covered > 500 && most <= 1, JSON.stringify({ most, pixels, covered }));
 
   const flat = new THREE.Scene();
   const corners = new THREE.BufferGeometry().setFromPoints([[-1, -1, 0], [1, -1, 0], [1, 1, 0]].map((p) => new THREE.Vector3(...p)));
@@ -150,10 +150,11 @@ test("skins and morph targets are as they are posed", async () => {
   const straight = await both(scene);
   high.rotation.z = 0.9;
   const bent = await both(scene);
-  for (const found of [straight, bent]) {
+  // three.js turns normals by the blend of the bones' matrices, readers of glTF by its inverse transpose: bends are shaded a little otherwise.
+  for (const [found, allowed] of [[straight, 1], [bent, 16]]) {
     const { most, pixels, covered } = apart(found);
     console.log(`skin: ${covered} pixels, ${pixels} differ by more than 1 of 255, by ${most} at most`);
-    assert.ok(covered > 300 && pixels < 0.02 * covered, JSON.stringify({ most, pixels, covered }));
+    assert.ok(covered > 200 && most <= allowed, JSON.stringify({ most, pixels, covered }));
   }
   assert.ok(apart({ ours: straight.ours, theirs: bent.ours }).pixels > 100);
 

@@ -79,7 +79,7 @@ impl Pictures {
                 .map_err(|e| error(MaterialErrorReason::Limit(e)))?;
             encoded.push((want, bytes, header));
         }
-        let count = (encoded.len() + taken.len()) as u64;
+        let count = encoded.len().saturating_add(taken.len()) as u64;
         Limits::check(|| "textures".to_owned(), count, context.limits.textures, "textures")
             .map_err(|e| MaterialError::whole(MaterialErrorReason::Limit(e)))?;
         taken.extend(decode(context.jobs, encoded)?);
