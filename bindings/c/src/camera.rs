@@ -44,9 +44,9 @@ unsafe impl Sized32 for overcoat_camera {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(non_camel_case_types)]
 pub enum overcoat_projection {
-    /// That of a pinhole.
+    /// Projection of a pinhole.
     OVERCOAT_PERSPECTIVE = 0,
-    /// A parallel one.
+    /// A parallel projection.
     OVERCOAT_ORTHOGRAPHIC = 1,
 }
 

@@ -37,7 +37,7 @@ impl Drop for DefaultArithmetic {
     }
 }
 
-/// Whether this thread rounds to nearest and keeps subnormal numbers.
+/// True if this thread rounds to nearest and keeps subnormal numbers.
 #[must_use]
 pub fn is_default() -> bool {
     read() & DEFAULT_MASK == DEFAULT

@@ -3,7 +3,7 @@
 pub(crate) use overcoat_float_mode::DefaultArithmetic;
 use pyo3::pyfunction;
 
-/// Whether this thread rounds to nearest and keeps subnormal numbers.
+/// True if this thread rounds to nearest and keeps subnormal numbers.
 #[pyfunction]
 pub(crate) fn arithmetic_is_default() -> bool {
     overcoat_float_mode::is_default()

@@ -53,7 +53,7 @@ fn panic_of(error: &io::Error) -> ! {
     panic!("no thread can be started: {error}")
 }
 
-/// Whether the calling thread is the interpreter's main thread.
+/// True in the interpreter's main thread.
 fn is_main_thread(py: Python<'_>) -> bool {
     let same = || -> PyResult<bool> {
         let threading = py.import("threading")?;

@@ -200,7 +200,10 @@ export async function fromThree(of, camera, { renderer, worker, limits, ...optio
   const warn = (message) => warnings.add(message);
   of.updateMatrixWorld(true);
   of.traverse((object) => object.isSkinnedMesh && object.skeleton?.update());
-  const look = { ground: "none", quality: "fast", tone_mapping: TONES[renderer?.toneMapping ?? 0] };
+  let hasShadows = false;
+  of.traverseVisible((object) => (hasShadows ||= object.isLight === true && object.castShadow === true));
+  // Where nothing throws shadows there, nothing blocks light here.
+  const look = { ground: "none", quality: hasShadows ? "fast" : "draft", tone_mapping: TONES[renderer?.toneMapping ?? 0] };
   if (look.tone_mapping === undefined) {
     warn(`tone mapping ${renderer.toneMapping} of three.js is not known: it is drawn without`);
     look.tone_mapping = "none";

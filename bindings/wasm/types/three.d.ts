@@ -32,7 +32,8 @@ export declare class ThreeScene {
 /**
  * Takes over what is visible of a live scene: meshes, lines and points with their groups, instances, skins and morph targets as they are posed;
  * standard and physical materials with their textures (basic ones are unlit, others diffuse), directional, point, spot and rectangular lights,
- * ambient light as an environment. It is a copy: call it again when the scene has changed. Textures have to be readable: a
+ * ambient light as an environment. Options are those of pictures; if absent, `quality` is "fast" where a light casts shadows and else "draft",
+ * there is no floor, and the tone mapping is that of `renderer` or none. It is a copy: call it again when the scene has changed. Textures have to be readable: a
  * `DataTexture`, or where there is an `OffscreenCanvas` whatever can be drawn into one.
  */
 export declare function fromThree(scene: Object3D, camera: Camera, options?: ThreeOptions): Promise<ThreeScene>;

@@ -126,13 +126,20 @@ def _codes(colors: Any, count: int) -> Any:
     return np.rint(np.clip(found, 0, 1) * 255).astype(np.uint8)
 
 
+def _normals(normals: Any, count: int) -> Any:
+    """Normals of vertices, of which there may be none."""
+    import numpy as np
+
+    found = np.asarray(normals)
+    return found if len(found) == count and count > 0 else None
+
+
 def _open3d_triangles(mesh: Any) -> Mesh:
     import numpy as np
 
     vertices, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
     colors = _codes(mesh.vertex_colors, len(vertices))
-    normals = np.asarray(mesh.vertex_normals)
-    normals = normals if len(normals) == len(vertices) and len(vertices) > 0 else None
+    normals = _normals(mesh.vertex_normals, len(vertices))
     uvs, textures = np.asarray(mesh.triangle_uvs), list(getattr(mesh, "textures", ()))
     textures = [texture for texture in textures if np.asarray(texture).size > 0]
     if len(uvs) != 3 * len(triangles) or len(triangles) == 0 or not textures:
@@ -155,8 +162,7 @@ def _open3d_points(cloud: Any) -> Mesh:
     points = np.asarray(cloud.points)
     lines = np.asarray(cloud.lines) if hasattr(cloud, "lines") else None
     if lines is None:
-        normals = np.asarray(getattr(cloud, "normals", ()))
-        normals = normals if len(normals) == len(points) and len(points) > 0 else None
+        normals = _normals(getattr(cloud, "normals", ()), len(points))
         return Mesh(points, None, normals, colors=_codes(cloud.colors, len(points)))
     # Colours are those of lines.
     colors = _codes(cloud.colors, len(lines))

@@ -37,8 +37,8 @@ from ..._render import Renderer, shared_renderer
 from .._projection import of_camera
 from .._pyrender_module import pyrender_module
 from .._pyrender_scene import Drawing, convert
-from . import constants
-from .constants import GLTF, RenderFlags
+from . import constants as constants
+from .constants import GLTF as GLTF, RenderFlags as RenderFlags
 
 if TYPE_CHECKING:
     import numpy.typing as npt
