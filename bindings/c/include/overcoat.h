@@ -251,11 +251,11 @@ typedef enum {
  */
 typedef enum {
   /*
-   That of a pinhole.
+   Projection of a pinhole.
    */
   OVERCOAT_PERSPECTIVE = 0,
   /*
-   A parallel one.
+   A parallel projection.
    */
   OVERCOAT_ORTHOGRAPHIC = 1,
 } overcoat_projection;

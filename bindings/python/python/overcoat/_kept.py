@@ -28,6 +28,9 @@ class Kept:
         self, owner: Any, use: Hashable, sources: Tuple[Any, ...], make: Callable[[], T], whole: bool = False
     ) -> T:
         """What `make` makes of `owner`, whose parts are `sources`, for some use."""
+        if isinstance(owner, (list, tuple)):
+            # Nobody tells when they go.
+            return make()
         key = (id(owner), use)
         marks = tuple(mark(source, whole) for source in sources)
         found = self._made.get(key)
@@ -41,7 +44,6 @@ class Kept:
         try:
             reference = weakref.ref(owner, lambda gone: self._forget(key, gone))
         except TypeError:
-            # Lists and tuples cannot be watched.
             return made
         # Identities hold as long as the objects live; the owner itself must not be kept alive, nor what is compared by value.
         parts = tuple(source if watched(source) and source is not owner else None for source in sources)
