@@ -42,18 +42,18 @@ def test_other_threads_go_on_while_it_draws(model):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_stops_a_picture(model):
-    """A picture that would take minutes, by each way to draw one; afterwards all goes on as before."""
+    """Pictures that would take many seconds, by each way to draw one; afterwards all goes on as before."""
     renderer, shape = overcoat.Renderer(1), overcoat.load(model("sports-car.glb"))
     expected = renderer.render(shape, size=48).hash
     scene = overcoat.Scene()
     scene.add_model(shape)
-    viewport = overcoat.Viewport(renderer, size=6000, quality="best", samples=16)
+    viewport = overcoat.Viewport(renderer, size=5000, quality="fast", samples=16)
     for draw in (
-        lambda: renderer.render(shape, size=6000, quality="best", samples=16),
-        lambda: renderer.turntable(shape, frames=99, size=2000, quality="good"),
+        lambda: renderer.render(shape, size=5000, quality="fast", samples=16),
+        lambda: renderer.turntable(shape, frames=999, size=1000, quality="draft"),
         lambda: viewport.draw(scene),
     ):
-        timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT))
         timer.start()
         with pytest.raises(KeyboardInterrupt):
             draw()
@@ -62,9 +62,9 @@ def test_ctrl_c_stops_a_picture(model):
     # Exceptions of other handlers as well.
     before = signal.signal(signal.SIGALRM, _give_up)
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
         with pytest.raises(TimeoutError, match="enough"):
-            renderer.render(shape, size=6000, quality="best", samples=16)
+            renderer.render(shape, size=5000, quality="fast", samples=16)
     finally:
         signal.signal(signal.SIGALRM, before)
 
