@@ -92,7 +92,7 @@ pub mod description {
     pub use overcoat_description::{
         BackgroundChoice, CameraDescription, Description, DescriptionError, EnvironmentChoice,
         ExposureChoice, LightDescription, Machine, MaterialChoice, MaterialSource, Materials, Picture,
-        Setting, ViewDirection, scene_schema,
+        Setting, ViewDirection, cone_cosine, scene_schema,
     };
 }
 
@@ -177,8 +177,8 @@ pub mod load {
     #[cfg(feature = "description")]
     #[doc(inline)]
     pub use overcoat_load::{
-        AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
-        material_keys,
+        AssignError, BuiltinMaterial, GivenPictures, MaterialError, MaterialErrorReason, MaterialFile,
+        MaterialKey, MaterialValueKind, material_keys,
     };
 }
 

@@ -50,15 +50,19 @@ read -ra static < <(pkg-config --cflags --libs --static overcoat | sed "s|-lover
 echo '== C, shared'
 gcc -std=gnu11 "${strict[@]}" "$here/tests/interface.c" -o "$work/shared" "${shared[@]}" -lpthread -lm
 "$work/shared" "$model" "$hash"
+gcc -std=gnu11 "${strict[@]}" "$here/tests/parameters.c" -o "$work/parameters" "${shared[@]}" -lm
+"$work/parameters"
 echo '== C, static, address sanitizer'
 gcc -std=gnu11 "${strict[@]}" -fsanitize=address,undefined "$here/tests/interface.c" -o "$work/sanitized" "${static[@]}" -lm
 env -u LD_LIBRARY_PATH "$work/sanitized" "$model" "$hash"
+gcc -std=gnu11 "${strict[@]}" -fsanitize=address,undefined "$here/tests/parameters.c" -o "$work/sanitized-parameters" "${static[@]}" -lm
+env -u LD_LIBRARY_PATH "$work/sanitized-parameters"
 echo '== C, valgrind'
 valgrind -q --error-exitcode=9 --suppressions="$here/tests/valgrind.supp" --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
     "$work/shared" "$model" "$hash"
 
 echo '== a program of an older header'
-# Materials ended with emission then, lights with their range.
+# Materials ended with emission then, lights with their range, meshes with colours of faces, cameras with their near plane.
 mkdir -p "$work/older"
 awk '
     /^typedef struct \{/ { text = ""; inside = 1 }
@@ -66,13 +70,16 @@ awk '
     /^\} overcoat_/ {
         if (/overcoat_material;/) sub(/float emissive\[3\];.*\n\}/, "float emissive[3];\n}", text)
         if (/overcoat_light;/) sub(/float range;.*\n\}/, "float range;\n}", text)
+        if (/overcoat_mesh;/) sub(/const uint8_t \*face_colors;.*\n\}/, "const uint8_t *face_colors;\n}", text)
+        if (/overcoat_camera;/) sub(/float near;.*\n\}/, "float near;\n}", text)
         printf "%s", text; inside = 0
     }' "$work/usr/include/overcoat.h" >"$work/older/overcoat.h"
 gcc -std=gnu11 "${strict[@]}" "$here/tests/older.c" -o "$work/newer-program" "${shared[@]}"
 gcc -std=gnu11 "${strict[@]}" -I"$work/older" "$here/tests/older.c" -o "$work/older-program" "${shared[@]}"
-read -r new_material new_light new_hash < <("$work/newer-program")
-read -r old_material old_light old_hash < <("$work/older-program")
+read -r new_material new_light new_mesh new_camera new_hash < <("$work/newer-program")
+read -r old_material old_light old_mesh old_camera old_hash < <("$work/older-program")
 test "$old_material" -lt "$new_material" && test "$old_light" -lt "$new_light"
+test "$old_mesh" -lt "$new_mesh" && test "$old_camera" -lt "$new_camera"
 test "$old_hash" = "$new_hash"
 
 echo '== examples'
@@ -83,6 +90,11 @@ cmp "$work/thumbnail.png" "$work/expected.png"
 if "$work/thumbnail" /nowhere.glb "$work/none.png" 2>"$work/error"; then exit 1; fi
 grep -q '/nowhere.glb: /nowhere.glb: cannot be read' "$work/error"
 test ! -e "$work/none.png"
+gcc -std=c11 "${strict[@]}" "$here/examples/depth.c" -o "$work/depth" "${shared[@]}"
+"$work/depth" "$model" "$work/depth.exr" | grep -q ' m away, at .*, of the model$'
+# The linear picture of the command, in every bit.
+"$target/release/overcoat" render "$model" --size 160x120 --ground none -o "$work/expected.exr" -q
+"$target/release/overcoat" golden check "$work/depth.exr" "$work/expected.exr"
 # The listing of README.md.
 awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on' "$here/README.md" >"$work/listing.c"
 gcc -std=c11 "${strict[@]}" "$work/listing.c" -o "$work/listing" "${shared[@]}"

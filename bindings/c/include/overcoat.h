@@ -10,8 +10,12 @@
  * is passed in is kept. Structures begin with their size, as the program that uses them knows it: OVERCOAT_INIT(structure) sets
  * it and gives all else its default, which is said at each. Fields that a program does not know yet have their default too.
  *
- * Units are metres, +Y is up, colours are linear Rec. 709 unless they are said to be sRGB. Matrices are column by column, as glTF,
- * OpenGL and Eigen have them.
+ * Units are metres and degrees (but overcoat_camera.fov_y, in radians, and cosines of lights, which have a field in degrees beside
+ * them); +Y is up, colours are linear Rec. 709 unless they are said to be sRGB. Matrices are column by column, as glTF, OpenGL and
+ * Eigen have them.
+ *
+ * The calling thread may flush subnormal numbers to zero or round otherwise (-ffast-math): functions set its arithmetic right while
+ * they work, for pictures that are the same everywhere, and put it back.
  *
  * Made from src/ by cbindgen; see README.md for five minutes with it.
  */
@@ -79,7 +83,8 @@ typedef enum {
    */
   OVERCOAT_CANCELLED = 8,
   /*
-   The calling thread flushes subnormal numbers to zero or does not round to nearest: pictures would differ from other machines.
+   Threads flush subnormal numbers to zero or do not round to nearest: pictures would differ from other machines. On x86 and
+   64-bit ARM functions set the calling thread's arithmetic right on entry and put it back on return: there it does not happen.
    */
   OVERCOAT_FLOATING_POINT_MODE = 9,
   /*
@@ -189,6 +194,87 @@ typedef enum {
 } overcoat_light_kind;
 
 /*
+ Shapes that the vertices of a mesh are joined to.
+ */
+typedef enum {
+  /*
+   Triangles, of three vertices each.
+   */
+  OVERCOAT_TRIANGLES = 0,
+  /*
+   Lines, of two vertices each, as wide as the setting "line_width" says, in pixels.
+   */
+  OVERCOAT_LINES = 1,
+  /*
+   Points, of one vertex each, drawn as discs of the setting "point_size" in pixels, or by default as large as their distances ask
+   for.
+   */
+  OVERCOAT_POINTS = 2,
+} overcoat_primitives;
+
+/*
+ Texels of a texture in memory.
+ */
+typedef enum {
+  /*
+   A file: PNG, JPEG, WebP or another one that models may have. Width, height and stride do not count.
+   */
+  OVERCOAT_TEXTURE_FILE = 0,
+  /*
+   Bytes R, G, B, A.
+   */
+  OVERCOAT_TEXTURE_RGBA8 = 1,
+  /*
+   Bytes R, G, B.
+   */
+  OVERCOAT_TEXTURE_RGB8 = 2,
+  /*
+   One byte, for all of red, green and blue.
+   */
+  OVERCOAT_TEXTURE_R8 = 3,
+  /*
+   Four floats, 0 to 1, which become bytes.
+   */
+  OVERCOAT_TEXTURE_RGBA_F32 = 4,
+  /*
+   Three floats, likewise.
+   */
+  OVERCOAT_TEXTURE_RGB_F32 = 5,
+  /*
+   One float, likewise.
+   */
+  OVERCOAT_TEXTURE_R_F32 = 6,
+} overcoat_texture_format;
+
+/*
+ Kind of a camera's projection.
+ */
+typedef enum {
+  /*
+   Projection of a pinhole.
+   */
+  OVERCOAT_PERSPECTIVE = 0,
+  /*
+   A parallel projection.
+   */
+  OVERCOAT_ORTHOGRAPHIC = 1,
+} overcoat_projection;
+
+/*
+ Kind of the numbers of a plane.
+ */
+typedef enum {
+  /*
+   float.
+   */
+  OVERCOAT_PLANE_FLOAT = 0,
+  /*
+   uint32_t: identities.
+   */
+  OVERCOAT_PLANE_UINT32 = 1,
+} overcoat_plane_kind;
+
+/*
  Context of all calls: owns the threads, the worlds, and what is in them.
  */
 typedef struct overcoat overcoat;
@@ -225,7 +311,7 @@ typedef struct {
 typedef void (*overcoat_warning)(void *user, const char *message);
 
 /*
- Triangles in memory. Lists that may be null are said to.
+ Triangles, lines or points in memory. Lists that may be null are said to.
  */
 typedef struct {
   /*
@@ -245,15 +331,16 @@ typedef struct {
    */
   size_t vertex_count;
   /*
-   Three vertices of each triangle, counter-clockwise seen from the front. Null: each three vertices are a triangle.
+   Three vertices of each triangle, counter-clockwise seen from the front, or as `primitives` says. Null: each three vertices are
+   a triangle.
    */
   const uint32_t *indices;
   /*
-   Number of triangles; without indices that of the vertices counts.
+   Number of triangles, lines or points; without indices that of the vertices counts.
    */
   size_t triangle_count;
   /*
-   Three floats a vertex, of any length but zero; null: faces are flat.
+   Three floats a vertex, of any length but zero; null: by crease_degrees.
    */
   const float *normals;
   /*
@@ -268,10 +355,20 @@ typedef struct {
    R, G, B, A of each triangle, in place of those of vertices; null: none.
    */
   const uint8_t *face_colors;
+  /*
+   An overcoat_primitives. Default OVERCOAT_TRIANGLES.
+   */
+  uint32_t primitives;
+  /*
+   Without normals: the angle from which on faces that meet have an edge between them, and below which they are smooth, up to
+   180; 0, the default: faces are flat.
+   */
+  float crease_degrees;
 } overcoat_mesh;
 
 /*
- Material of a surface. OVERCOAT_INIT and overcoat_material_defaults() fill it; overcoat_add_material_text() knows all parameters.
+ Material of a surface. OVERCOAT_INIT and overcoat_material_defaults() fill it; overcoat_material_set() and
+ overcoat_add_material_text() know all parameters.
  */
 typedef struct {
   /*
@@ -361,13 +458,21 @@ typedef struct {
    */
   float range;
   /*
-   Cosine of the half angle inside which a spot is full. Default 0.9.
+   Cosine of the half angle inside which a spot is full, unless inner_cone_degrees is set. Default 0.9.
    */
   float inner_cone_cosine;
   /*
-   Cosine of the half angle outside which it is dark. Default 0.8.
+   Cosine of the half angle outside which it is dark, unless outer_cone_degrees is set. Default 0.8.
    */
   float outer_cone_cosine;
+  /*
+   Half angle in degrees inside which a spot is full, below outer_cone_degrees. Counts if that is set. Default 0.
+   */
+  float inner_cone_degrees;
+  /*
+   Half angle in degrees outside which it is dark, up to 90. Default 0: the cosines count.
+   */
+  float outer_cone_degrees;
 } overcoat_light;
 
 /*
@@ -393,6 +498,68 @@ typedef struct {
 } overcoat_file;
 
 /*
+ A texture in memory. As in files its numbers are sRGB in slots of colours and linear in all others, whatever their type.
+ */
+typedef struct {
+  /*
+   Size of this structure in bytes, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   An overcoat_texture_format.
+   */
+  uint32_t format;
+  /*
+   First byte of the first texel of the first row, or of the file. It need not be aligned.
+   */
+  const void *texels;
+  /*
+   Bytes that there are.
+   */
+  size_t length;
+  /*
+   Bytes from one row to the next; 0: as many as a row takes.
+   */
+  size_t stride;
+  /*
+   Width in texels.
+   */
+  uint32_t width;
+  /*
+   Height in texels.
+   */
+  uint32_t height;
+  /*
+   Beyond 0 to 1, across: 0 repeats it, 1 mirrors it, 2 clamps to its edge.
+   */
+  uint32_t wrap_u;
+  /*
+   The same, down.
+   */
+  uint32_t wrap_v;
+  /*
+   0: linear filters, 1: the nearest texel.
+   */
+  uint32_t filter;
+  /*
+   Channel that is read, of slots that read one: 1 red, 2 green, 3 blue, 4 alpha; 0: the usual one.
+   */
+  uint32_t channel;
+  /*
+   Texture coordinates are multiplied by this; 0, 0: by 1, 1.
+   */
+  float scale[2];
+  /*
+   And then turned by this about (0, 0), as KHR_texture_transform does, in degrees.
+   */
+  float rotation_degrees;
+  /*
+   And then moved by this.
+   */
+  float offset[2];
+} overcoat_texture;
+
+/*
  Camera of a picture. overcoat_frame() makes one that shows a whole world.
  */
 typedef struct {
@@ -413,7 +580,8 @@ typedef struct {
    */
   float up[3];
   /*
-   Vertical field of view in radians; 0: a parallel projection.
+   Vertical field of view in radians, for programs of older headers: fov_y_degrees and intrinsics, if they are set, count in its
+   place. All of them 0: a parallel projection.
    */
   float fov_y;
   /*
@@ -424,6 +592,19 @@ typedef struct {
    Distance in metres before which nothing is drawn; 0: a thousandth of that to the target.
    */
   float near;
+  /*
+   Vertical field of view in degrees, below 180; 0: fov_y counts.
+   */
+  float fov_y_degrees;
+  /*
+   Distance in metres beyond which no surface is drawn; 0 or infinity: no limit.
+   */
+  float far;
+  /*
+   fx, fy, cx, cy of the matrix K = [fx 0 cx; 0 fy cy; 0 0 1] in pixels of the picture, whose upper left corner is (0, 0) and whose
+   first pixel has its centre at (0.5, 0.5): a calibrated camera, whose principal point looks at `target`. All 0: by field of view.
+   */
+  double intrinsics[4];
 } overcoat_camera;
 
 /*
@@ -469,6 +650,49 @@ typedef struct {
    */
   bool wants_hash;
 } overcoat_picture;
+
+/*
+ Camera of a picture as programs that compute with it need it.
+ */
+typedef struct {
+  /*
+   Size of this structure in bytes, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   An overcoat_projection.
+   */
+  uint32_t projection;
+  /*
+   Width of the picture in pixels.
+   */
+  uint32_t width;
+  /*
+   Height of the picture in pixels.
+   */
+  uint32_t height;
+  /*
+   fx, fy, cx, cy of the matrix K = [fx 0 cx; 0 fy cy; 0 0 1] in pixels: a point of the camera (x right, y down, z forward) is seen at
+   u = fx x / z + cx, v = fy y / z + cy, where the first pixel's centre is (0.5, 0.5); of a parallel projection without "/ z".
+   */
+  double intrinsics[4];
+  /*
+   World to camera, column by column, in the convention of OpenCV: x right, y down, z forward.
+   */
+  double world_to_camera[16];
+  /*
+   Camera to world, column by column, in the convention of OpenGL: x right, y up, z backward; the last column is the position.
+   */
+  double camera_to_world[16];
+  /*
+   Distance in metres before which nothing is drawn.
+   */
+  float near;
+  /*
+   Distance in metres beyond which no surface is drawn; infinity without a limit.
+   */
+  float far;
+} overcoat_view;
 
 /*
  Memory that a picture, or a part of one, is drawn into.
@@ -567,6 +791,90 @@ typedef struct {
    */
   double position[3];
 } overcoat_hit;
+
+/*
+ A plane of the G-buffer and the memory that it is drawn into.
+ */
+typedef struct {
+  /*
+   Size of this structure in bytes, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   Returned: numbers a pixel, 1 to 3.
+   */
+  uint32_t channels;
+  /*
+   Name of the quantity: "depth" (metres along the view), "position", "normal", "camera-normal", "object-id", "instance-id",
+   "material-id", "base-color" and others, as `overcoat render --aov` takes them.
+   */
+  const char *name;
+  /*
+   Memory that is drawn into, row by row from the top, of floats or uint32_t as `kind` says; null: only the returned fields are
+   wanted. It need not be aligned. 0 where no surface is.
+   */
+  void *data;
+  /*
+   Bytes that there are.
+   */
+  size_t length;
+  /*
+   Bytes from one row to the next; 0: as many as a row takes.
+   */
+  size_t stride;
+  /*
+   Returned: width in pixels.
+   */
+  uint32_t width;
+  /*
+   Returned: height in pixels.
+   */
+  uint32_t height;
+  /*
+   Returned: an overcoat_plane_kind.
+   */
+  uint32_t kind;
+} overcoat_plane;
+
+/*
+ Pixels to be encoded, and how.
+ */
+typedef struct {
+  /*
+   Size of this structure in bytes, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   The overcoat_pixel_format of the pixels: OVERCOAT_RGBA8 or OVERCOAT_BGRA8 for files of 8 bits, OVERCOAT_RGBA_F32_PREMULTIPLIED for
+   those of linear light.
+   */
+  uint32_t pixel_format;
+  /*
+   Width in pixels.
+   */
+  uint32_t width;
+  /*
+   Height in pixels.
+   */
+  uint32_t height;
+  /*
+   Bytes from one row to the next; 0: as many as a row takes.
+   */
+  size_t stride;
+  /*
+   Name of the file format, as file name extensions have it: "png", "webp", "jpg" or "gif", of 8 bits; "exr" or "hdr", of linear light.
+   Null: "png".
+   */
+  const char *format;
+  /*
+   Quality of JPEG, 1 to 100; 0: 90. JPEG has no transparency: the picture is laid over white.
+   */
+  uint32_t jpeg_quality;
+  /*
+   Numbers of OpenEXR have 32 bits in place of 16. Default false.
+   */
+  bool full_floats;
+} overcoat_encoding;
 
 #ifdef __cplusplus
 extern "C" {
@@ -754,8 +1062,9 @@ overcoat_status overcoat_clear_lights(overcoat *overcoat, uint64_t world);
 
 /*
  Adds the material of a text: the name of a built-in material ("candy-red"), or a material file, which sets any parameter of any
- shading model ("base_color = [0.5, 0.02, 0.02]\ncoat = 1", one a line; `overcoat materials --keys` lists them). Its textures are
- taken from `files`, which may be null, and from nowhere else; they go with it.
+ shading model ("base_color = [0.5, 0.02, 0.02]\ncoat = 1", one a line; `overcoat materials --keys` lists them), or a JSON object with
+ the same keys ({"base_color": [0.5, 0.02, 0.02], "coat": 1}). Its textures are taken from `files`, which may be null, and from
+ nowhere else; they go with it.
  */
 overcoat_status overcoat_add_material_text(overcoat *overcoat,
                                            uint64_t world,
@@ -766,7 +1075,7 @@ overcoat_status overcoat_add_material_text(overcoat *overcoat,
 
 /*
  Puts the material of a text, as of overcoat_add_material_text(), in the place of one, in everything that is made of it. With
- "over = true" among its lines all other parameters and textures stay.
+ "over = true" among its lines, or "over": true, all other parameters and textures stay.
  */
 overcoat_status overcoat_set_material_text(overcoat *overcoat,
                                            uint64_t world,
@@ -774,6 +1083,38 @@ overcoat_status overcoat_set_material_text(overcoat *overcoat,
                                            const char *text,
                                            const overcoat_file *files,
                                            size_t file_count);
+
+/*
+ Sets a parameter of a material in everything that is made of it; all other parameters stay. `name` is one of any shading model
+ ("coat", "coat_color", "sheen_color", "options.stacklit_newest", ...; `overcoat materials --keys` lists them with their ranges and units):
+ one number, or 0 or 1 of a switch, three of a colour, which is linear, or four with its alpha.
+ */
+overcoat_status overcoat_material_set(overcoat *overcoat,
+                                      uint64_t world,
+                                      uint64_t material,
+                                      const char *name,
+                                      const float *values,
+                                      size_t count);
+
+/*
+ Sets a parameter of a material that is a name ("alpha_mode" to "blend", "model" to "openpbr") or a colour as sRGB ("base_color" to
+ "#c01020"), as overcoat_material_set().
+ */
+overcoat_status overcoat_material_set_text(overcoat *overcoat,
+                                           uint64_t world,
+                                           uint64_t material,
+                                           const char *name,
+                                           const char *value);
+
+/*
+ Sets a texture of a material ("base_color_texture", "normal_texture", "coat_texture", ...), as overcoat_material_set(). Null takes it away.
+ It is copied. Of "metallic_texture" and "roughness_texture" the one that is not set is gone: "metallic_roughness_texture" has both.
+ */
+overcoat_status overcoat_material_set_texture(overcoat *overcoat,
+                                              uint64_t world,
+                                              uint64_t material,
+                                              const char *name,
+                                              const overcoat_texture *texture);
 
 /*
  Places a mesh, made of a material. `matrix` may be null: as it is.
@@ -824,13 +1165,24 @@ overcoat_status overcoat_model_instances(overcoat *overcoat,
 
 /*
  Makes a camera that shows all of a world in a picture of that aspect (width over height). `direction` is three floats from the
- world to the camera, or null: from where most is seen.
+ world to the camera, or null: from where most is seen. Its field of view is in fov_y; fov_y_degrees, if it is set then, counts
+ in its place.
  */
 overcoat_status overcoat_frame(overcoat *overcoat,
                                uint64_t world,
                                const float *direction,
                                float aspect,
                                overcoat_camera *camera_out);
+
+/*
+ Tells the camera of the picture that overcoat_render() draws of the same arguments, without drawing it: the given one, that of
+ the settings, or the one that shows all.
+ */
+overcoat_status overcoat_picture_camera(overcoat *overcoat,
+                                        uint64_t world,
+                                        const overcoat_camera *camera,
+                                        const overcoat_picture *picture,
+                                        overcoat_view *view_out);
 
 /*
  Draws a world into memory of the caller, at once. `camera` may be null: that of the settings, or one that shows all.
@@ -868,6 +1220,47 @@ overcoat_status overcoat_pick(overcoat *overcoat,
                               overcoat_hit *hit_out);
 
 /*
+ Draws planes of the G-buffer of the picture of the same arguments into memory of the caller, all of them at once. Width, height,
+ channels and kind are written into each of `planes`, of which one without memory (`data` null) is only told, not drawn. Depth,
+ directions, places and identities are those at the centres of pixels and no means; other quantities are means of a pixel.
+ */
+overcoat_status overcoat_render_planes(overcoat *overcoat,
+                                       uint64_t world,
+                                       const overcoat_camera *camera,
+                                       const overcoat_picture *picture,
+                                       overcoat_plane *planes,
+                                       size_t plane_count);
+
+/*
+ Finds the instance of a number in the plane "instance-id" of the world as it is now; 0 for 0, where nothing is.
+ */
+overcoat_status overcoat_instance_of_id(overcoat *overcoat,
+                                        uint64_t world,
+                                        uint32_t id,
+                                        uint64_t *instance_out);
+
+/*
+ Encodes pixels as a file of a format. `bytes_out` is to be given to overcoat_bytes_free().
+ */
+overcoat_status overcoat_encode(overcoat *overcoat,
+                                const void *pixels,
+                                const overcoat_encoding *encoding,
+                                uint8_t **bytes_out,
+                                size_t *length_out);
+
+/*
+ Encodes pictures of 8 bits and one size as a moving picture that begins again and again: "png" (animated), "webp" or "gif".
+ `pixels` points to the first pixel of each of `count` pictures, all as `encoding` says; each is shown for 1 / `frames_per_second` s.
+ */
+overcoat_status overcoat_encode_movie(overcoat *overcoat,
+                                      const void *const *pixels,
+                                      size_t count,
+                                      const overcoat_encoding *encoding,
+                                      double frames_per_second,
+                                      uint8_t **bytes_out,
+                                      size_t *length_out);
+
+/*
  Encodes pixels in OVERCOAT_RGBA8 as PNG, for thumbnails in files. `bytes_out` is to be given to overcoat_bytes_free().
  */
 overcoat_status overcoat_encode_png(overcoat *overcoat,
@@ -879,9 +1272,10 @@ overcoat_status overcoat_encode_png(overcoat *overcoat,
                                     size_t *length_out);
 
 /*
- Frees what overcoat_encode_png() has made, of the length that it said. Null is left alone.
+ Frees what overcoat_encode(), overcoat_encode_movie() or overcoat_encode_png() has made, of the length that it said. Null is left alone.
  */
-void overcoat_bytes_free(uint8_t *bytes, size_t length);
+void overcoat_bytes_free(uint8_t *bytes,
+                         size_t length);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -2,6 +2,7 @@
 
 use crate::raw::{self, Sized32};
 use crate::status::{Failure, Status, overcoat_status};
+use overcoat_float_mode::DefaultArithmetic;
 use renderer::jobs::MAX_THREADS;
 use renderer::limits::Limits;
 use renderer::render::{Cancellation, Renderer};
@@ -109,6 +110,8 @@ pub(crate) unsafe fn run(
             "an earlier call has failed in the middle: only overcoat_free() is left",
         ))
     } else {
+        // For as long as the library works, and of the workers that are started meanwhile.
+        let _arithmetic = DefaultArithmetic::new();
         let own = &mut *inner;
         catch_unwind(AssertUnwindSafe(|| what(own, &overcoat.cancellation))).unwrap_or_else(|_| {
             inner.is_broken = true;
@@ -152,6 +155,7 @@ pub unsafe extern "C" fn overcoat_new(
             overcoat_options { size: 0, threads: 0, input_bytes: 0, triangles: 0, output_pixels: 0 };
         let own = if options.is_null() { Some(defaults) } else { raw::structure(options) };
         let Some(own) = own else { return Status::OVERCOAT_INVALID_ARGUMENT };
+        let _arithmetic = DefaultArithmetic::new();
         match catch_unwind(|| Inner::new(&own)) {
             Ok(Ok(inner)) => {
                 let made = overcoat {

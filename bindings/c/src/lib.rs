@@ -5,21 +5,29 @@
 //!
 //! No panic leaves a function ([`context::run`]), and no pointer of a caller is looked at but in `raw.rs`.
 
+mod camera;
 mod context;
+mod encode;
 mod instances;
 mod material_files;
+mod material_values;
 mod materials;
 mod meshes;
 mod picture;
+mod planes;
 mod raw;
 mod status;
 mod world;
 
+pub use camera::*;
 pub use context::*;
+pub use encode::*;
 pub use instances::*;
 pub use material_files::*;
+pub use material_values::*;
 pub use materials::*;
 pub use meshes::*;
 pub use picture::*;
+pub use planes::*;
 pub use status::overcoat_status;
 pub use world::*;

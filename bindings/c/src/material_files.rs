@@ -3,7 +3,7 @@
 use crate::context::{Inner, overcoat, run};
 use crate::raw::{self, Sized32};
 use crate::status::{Failure, Status, overcoat_status};
-use renderer::load::{BuiltinMaterial, Context, MaterialError, MaterialFile, MemoryResolver};
+use renderer::load::{BuiltinMaterial, Context, GivenPictures, MaterialError, MaterialFile, MemoryResolver};
 use renderer::scene::{Material, Scene};
 use renderer::world::{MaterialHandle, TexturedMaterial};
 use std::ffi::c_char;
@@ -63,6 +63,17 @@ unsafe fn material(
     let text = unsafe { raw::text(text) }.ok_or_else(|| Failure::argument("text: null, or no UTF-8"))?;
     // SAFETY: of the caller.
     let files = unsafe { files(given.0, given.1) }?;
+    laid(inner, world, over, text, (&files, &GivenPictures::default()))
+}
+
+/// The material of a text with files and pictures, laid over another, for a world.
+pub(crate) fn laid(
+    inner: &mut Inner,
+    world: u64,
+    over: Option<MaterialHandle>,
+    text: &str,
+    (files, pictures): (&MemoryResolver, &GivenPictures),
+) -> Result<TexturedMaterial, Failure> {
     let (limits, own) = (inner.limits.clone(), inner.world(world)?);
     let over = match over {
         Some(material) => own.material(material)?.clone(),
@@ -72,9 +83,7 @@ unsafe fn material(
     let jobs = inner.viewport.renderer().jobs();
     let file = match BuiltinMaterial::named(text) {
         Some(builtin) => builtin.load(&limits, jobs),
-        None => {
-            MaterialFile::from_bytes(text.as_bytes(), &Context { resolver: &files, limits: &limits, jobs })
-        }
+        None => MaterialFile::from_text(text, pictures, &Context { resolver: files, limits: &limits, jobs }),
     };
     let file = file.map_err(|error| of_text(&error))?;
     TexturedMaterial::lay(
@@ -86,8 +95,9 @@ unsafe fn material(
 }
 
 /// Adds the material of a text: the name of a built-in material ("candy-red"), or a material file, which sets any parameter of any
-/// shading model ("base_color = [0.5, 0.02, 0.02]\ncoat = 1", one a line; `overcoat materials --keys` lists them). Its textures are
-/// taken from `files`, which may be null, and from nowhere else; they go with it.
+/// shading model ("base_color = [0.5, 0.02, 0.02]\ncoat = 1", one a line; `overcoat materials --keys` lists them), or a JSON object with
+/// the same keys ({"base_color": [0.5, 0.02, 0.02], "coat": 1}). Its textures are taken from `files`, which may be null, and from
+/// nowhere else; they go with it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn overcoat_add_material_text(
     overcoat: *mut overcoat,
@@ -109,7 +119,7 @@ pub unsafe extern "C" fn overcoat_add_material_text(
 }
 
 /// Puts the material of a text, as of overcoat_add_material_text(), in the place of one, in everything that is made of it. With
-/// "over = true" among its lines all other parameters and textures stay.
+/// "over = true" among its lines, or "over": true, all other parameters and textures stay.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn overcoat_set_material_text(
     overcoat: *mut overcoat,

@@ -2,12 +2,14 @@
 
 use crate::context::{overcoat, run};
 use crate::raw::{self, Sized32};
-use crate::status::{Failure, overcoat_status};
+use crate::status::{Failure, Status, overcoat_status};
+use renderer::description::cone_cosine;
 use renderer::scene::{AlphaMode, Light, LightKind, Material, ShadingModel, Workflow};
 use renderer::world::{LightHandle, MaterialHandle, World};
 use std::ffi::c_char;
 
-/// Material of a surface. OVERCOAT_INIT and overcoat_material_defaults() fill it; overcoat_add_material_text() knows all parameters.
+/// Material of a surface. OVERCOAT_INIT and overcoat_material_defaults() fill it; overcoat_material_set() and
+/// overcoat_add_material_text() know all parameters.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
@@ -195,10 +197,14 @@ pub struct overcoat_light {
     pub intensity: f32,
     /// Distance in metres at which it has faded out; 0, the default: never.
     pub range: f32,
-    /// Cosine of the half angle inside which a spot is full. Default 0.9.
+    /// Cosine of the half angle inside which a spot is full, unless inner_cone_degrees is set. Default 0.9.
     pub inner_cone_cosine: f32,
-    /// Cosine of the half angle outside which it is dark. Default 0.8.
+    /// Cosine of the half angle outside which it is dark, unless outer_cone_degrees is set. Default 0.8.
     pub outer_cone_cosine: f32,
+    /// Half angle in degrees inside which a spot is full, below outer_cone_degrees. Counts if that is set. Default 0.
+    pub inner_cone_degrees: f32,
+    /// Half angle in degrees outside which it is dark, up to 90. Default 0: the cosines count.
+    pub outer_cone_degrees: f32,
 }
 
 // SAFETY: begins with its size, and zeros are numbers.
@@ -214,6 +220,8 @@ unsafe impl Sized32 for overcoat_light {
             range: 0.0,
             inner_cone_cosine: 0.9,
             outer_cone_cosine: 0.8,
+            inner_cone_degrees: 0.0,
+            outer_cone_degrees: 0.0,
         }
     }
 }
@@ -225,6 +233,18 @@ pub unsafe extern "C" fn overcoat_light_defaults(light: *mut overcoat_light) {
     unsafe { raw::write_structure(light, &overcoat_light::defaults()) }
 }
 
+/// Cosines of a spot's half angles, inside and outside.
+fn cones(own: &overcoat_light) -> Result<[f32; 2], Failure> {
+    if own.outer_cone_degrees == 0.0 {
+        return Ok([own.inner_cone_cosine, own.outer_cone_cosine]);
+    }
+    let of = |degrees| {
+        cone_cosine(degrees)
+            .map_err(|why| Failure::new(Status::OVERCOAT_OUT_OF_RANGE, format!("light: {why}")))
+    };
+    Ok([of(own.inner_cone_degrees)?, of(own.outer_cone_degrees)?])
+}
+
 /// The library's light of a caller's.
 unsafe fn light(pointer: *const overcoat_light) -> Result<Light, Failure> {
     // SAFETY: of the caller.
@@ -234,13 +254,16 @@ unsafe fn light(pointer: *const overcoat_light) -> Result<Light, Failure> {
     let kind = match own.kind {
         0 => LightKind::Directional { direction: own.direction },
         1 => LightKind::Point { position: own.position, range },
-        2 => LightKind::Spot {
-            position: own.position,
-            direction: own.direction,
-            range,
-            inner_cone_cosine: own.inner_cone_cosine,
-            outer_cone_cosine: own.outer_cone_cosine,
-        },
+        2 => {
+            let [inner_cone_cosine, outer_cone_cosine] = cones(&own)?;
+            LightKind::Spot {
+                position: own.position,
+                direction: own.direction,
+                range,
+                inner_cone_cosine,
+                outer_cone_cosine,
+            }
+        }
         other => return Err(Failure::argument(format!("kind: {other} is not 0 to 2"))),
     };
     Ok(Light::new(kind).with(|l| {

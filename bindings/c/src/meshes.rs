@@ -4,10 +4,26 @@ use crate::context::{overcoat, run};
 use crate::raw::{self, Sized32};
 use crate::status::{Failure, Status, overcoat_status};
 use renderer::color::srgb::SRGB8_TO_LINEAR;
-use renderer::scene::{Mesh, MeshData};
+use renderer::jobs::Jobs;
+use renderer::load::{add_smooth_normals, add_tangents};
+use renderer::scene::{Mesh, MeshData, PrimitiveKind};
 use renderer::world::MeshHandle;
 
-/// Triangles in memory. Lists that may be null are said to.
+/// Shapes that the vertices of a mesh are joined to.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(non_camel_case_types)]
+pub enum overcoat_primitives {
+    /// Triangles, of three vertices each.
+    OVERCOAT_TRIANGLES = 0,
+    /// Lines, of two vertices each, as wide as the setting "line_width" says, in pixels.
+    OVERCOAT_LINES = 1,
+    /// Points, of one vertex each, drawn as discs of the setting "point_size" in pixels, or by default as large as their distances ask
+    /// for.
+    OVERCOAT_POINTS = 2,
+}
+
+/// Triangles, lines or points in memory. Lists that may be null are said to.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[allow(non_camel_case_types)]
@@ -20,11 +36,12 @@ pub struct overcoat_mesh {
     pub positions: *const f32,
     /// Number of vertices.
     pub vertex_count: usize,
-    /// Three vertices of each triangle, counter-clockwise seen from the front. Null: each three vertices are a triangle.
+    /// Three vertices of each triangle, counter-clockwise seen from the front, or as `primitives` says. Null: each three vertices are
+    /// a triangle.
     pub indices: *const u32,
-    /// Number of triangles; without indices that of the vertices counts.
+    /// Number of triangles, lines or points; without indices that of the vertices counts.
     pub triangle_count: usize,
-    /// Three floats a vertex, of any length but zero; null: faces are flat.
+    /// Three floats a vertex, of any length but zero; null: by crease_degrees.
     pub normals: *const f32,
     /// Two floats a vertex, (0, 0) is the upper left of a texture; null: none.
     pub uvs: *const f32,
@@ -32,6 +49,11 @@ pub struct overcoat_mesh {
     pub vertex_colors: *const u8,
     /// R, G, B, A of each triangle, in place of those of vertices; null: none.
     pub face_colors: *const u8,
+    /// An overcoat_primitives. Default OVERCOAT_TRIANGLES.
+    pub primitives: u32,
+    /// Without normals: the angle from which on faces that meet have an edge between them, and below which they are smooth, up to
+    /// 180; 0, the default: faces are flat.
+    pub crease_degrees: f32,
 }
 
 // SAFETY: begins with its size, and zeros are numbers and null pointers.
@@ -74,35 +96,69 @@ unsafe fn positions(own: &overcoat_mesh) -> Result<Vec<[f32; 3]>, Failure> {
     Ok(all.chunks(apart).map(|vertex| [vertex[0], vertex[1], vertex[2]]).collect())
 }
 
+/// Indices of primitives of `N` vertices each, those of a mesh without any one after the other.
+unsafe fn primitives<const N: usize>(own: &overcoat_mesh, what: &str) -> Result<Vec<[u32; N]>, Failure> {
+    let count = own.vertex_count;
+    if !own.indices.is_null() {
+        // SAFETY: of the caller.
+        return unsafe { list("indices", own.indices.cast::<[u32; N]>(), own.triangle_count) };
+    }
+    if !count.is_multiple_of(N) {
+        let message = format!("vertex_count: {count} vertices without indices are no {what}");
+        return Err(Failure::argument(message));
+    }
+    let last = u32::try_from(count).map_err(|_| Failure::new(Status::OVERCOAT_LIMIT, "too many vertices"))?;
+    let each = N as u32;
+    Ok((0..last / each).map(|k| std::array::from_fn(|corner| each * k + corner as u32)).collect())
+}
+
 /// The library's mesh of a caller's.
 unsafe fn mesh(own: &overcoat_mesh) -> Result<Mesh, Failure> {
     // SAFETY: of the caller, for each list.
     unsafe {
-        let positions = positions(own)?;
-        let count = own.vertex_count;
-        let triangles = if own.indices.is_null() {
-            if !count.is_multiple_of(3) {
-                let message = format!("vertex_count: {count} vertices without indices are no triangles");
-                return Err(Failure::argument(message));
-            }
-            let last = u32::try_from(count)
-                .map_err(|_| Failure::new(Status::OVERCOAT_LIMIT, "too many vertices"))?;
-            (0..last / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()
-        } else {
-            list("indices", own.indices.cast::<[u32; 3]>(), own.triangle_count)?
-        };
         let mut data = MeshData::default();
-        data.positions = positions;
+        data.positions = positions(own)?;
+        (data.kind, data.triangles) = match own.primitives {
+            0 => (PrimitiveKind::Triangles, primitives::<3>(own, "triangles")?),
+            1 => {
+                let pairs = primitives::<2>(own, "lines")?;
+                (PrimitiveKind::Lines, pairs.into_iter().map(|[from, to]| [from, to, to]).collect())
+            }
+            2 => {
+                let all = primitives::<1>(own, "points")?;
+                (PrimitiveKind::Points, all.into_iter().map(|[point]| [point; 3]).collect())
+            }
+            other => return Err(Failure::argument(format!("primitives: {other} is not 0 to 2"))),
+        };
+        let count = own.vertex_count;
         data.normals = list("normals", own.normals.cast::<[f32; 3]>(), count)?;
         data.uvs[0] = list("uvs", own.uvs.cast::<[f32; 2]>(), count)?;
         data.colors = linear(&list("vertex_colors", own.vertex_colors.cast::<[u8; 4]>(), count)?);
-        data.triangles = triangles;
-        if own.face_colors.is_null() {
-            return Ok(Mesh::new(data)?);
+        if !own.face_colors.is_null() {
+            let faces = list("face_colors", own.face_colors.cast::<[u8; 4]>(), data.triangles.len())?;
+            data = data.with_face_colors(&linear(&faces))?;
         }
-        let faces = list("face_colors", own.face_colors.cast::<[u8; 4]>(), data.triangles.len())?;
-        Ok(Mesh::new(data.with_face_colors(&linear(&faces))?)?)
+        shaded(data, own.crease_degrees)
     }
+}
+
+/// A mesh with the normals that its crease angle asks for, and the tangents that normal maps need.
+fn shaded(mut data: MeshData, crease_degrees: f32) -> Result<Mesh, Failure> {
+    if !(0.0..=180.0).contains(&crease_degrees) {
+        let message = format!("crease_degrees: {crease_degrees} is not 0 to 180");
+        return Err(Failure::new(Status::OVERCOAT_OUT_OF_RANGE, message));
+    }
+    // Checked before anything is made of it.
+    let checked = Mesh::new(data.clone())?;
+    let smooth = crease_degrees > 0.0 && data.normals.is_empty() && data.kind == PrimitiveKind::Triangles;
+    if smooth {
+        add_smooth_normals(&mut data, crease_degrees, &Jobs::new(1));
+    }
+    let has_tangents = !data.normals.is_empty() && !data.uvs[0].is_empty();
+    if has_tangents {
+        add_tangents(&mut data, 0);
+    }
+    Ok(if smooth || has_tangents { Mesh::new(data)? } else { checked })
 }
 
 /// Adds a mesh; it is copied. overcoat_add_instance() places it.

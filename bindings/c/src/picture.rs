@@ -1,40 +1,16 @@
-//! Cameras, pictures, and what is seen in a pixel.
+//! Pictures, and what is seen in a pixel.
 
+use crate::camera::{given, overcoat_camera};
 use crate::context::{Inner, drawing, overcoat, run};
 use crate::materials::shading;
 use crate::raw::{self, Sized32};
-use crate::status::{Failure, Status, overcoat_status};
+use crate::status::{Failure, overcoat_status};
 use renderer::description::{Description, Machine};
-use renderer::frame::{DisplayImage, PixelFormat, Target};
-use renderer::output::encode_png;
+use renderer::frame::{PixelFormat, Target};
 use renderer::render::Quality;
-use renderer::scene::{Camera, Framing, Projection};
+use renderer::scene::Camera;
 use renderer::viewport::{Drawn, FrameBudget};
 use std::ffi::c_char;
-
-/// Camera of a picture. overcoat_frame() makes one that shows a whole world.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-#[allow(non_camel_case_types)]
-pub struct overcoat_camera {
-    /// Size of this structure in bytes, see OVERCOAT_INIT.
-    pub size: u32,
-    /// Position of the camera, in metres.
-    pub eye: [f32; 3],
-    /// Point in the middle of the picture, in metres.
-    pub target: [f32; 3],
-    /// Upward direction, of any length but zero.
-    pub up: [f32; 3],
-    /// Vertical field of view in radians; 0: a parallel projection.
-    pub fov_y: f32,
-    /// Height of the view in metres, of a parallel projection.
-    pub orthographic_height: f32,
-    /// Distance in metres before which nothing is drawn; 0: a thousandth of that to the target.
-    pub near: f32,
-}
-
-// SAFETY: begins with its size, and zeros are numbers.
-unsafe impl Sized32 for overcoat_camera {}
 
 /// Quality of a picture: what blocks light, and how often surfaces are shaded.
 #[repr(C)]
@@ -175,7 +151,7 @@ pub struct overcoat_hit {
 unsafe impl Sized32 for overcoat_hit {}
 
 /// A picture as it is asked for.
-struct Asked {
+pub(crate) struct Asked {
     description: Description,
     picture: overcoat_picture,
 }
@@ -183,7 +159,7 @@ struct Asked {
 impl Asked {
     /// # Safety
     /// As in [`raw`].
-    unsafe fn read(pointer: *const overcoat_picture) -> Result<Self, Failure> {
+    pub(crate) unsafe fn read(pointer: *const overcoat_picture) -> Result<Self, Failure> {
         // SAFETY: of the caller.
         let picture = unsafe { raw::structure(pointer) };
         let picture = picture.ok_or_else(|| Failure::argument("picture: null, or its size is not set"))?;
@@ -212,11 +188,20 @@ impl Asked {
     }
 
     /// Sets the viewport to it. Returns the camera: the given one, that of the settings, or one that shows all.
-    fn prepare(&self, inner: &mut Inner, world: u64, camera: Option<Camera>) -> Result<Camera, Failure> {
+    ///
+    /// # Safety
+    /// As in [`raw`].
+    pub(crate) unsafe fn prepare(
+        &self,
+        inner: &mut Inner,
+        world: u64,
+        camera: *const overcoat_camera,
+    ) -> Result<Camera, Failure> {
         let limits = inner.limits.clone();
         let (options, display) = self.description.options(Machine::default(), &limits)?;
         let scene = inner.world(world)?.scene();
-        let camera = match camera {
+        // SAFETY: of the caller.
+        let camera = match unsafe { given(camera, [options.width, options.height]) }? {
             Some(camera) => camera,
             None => self.description.camera(scene, &options)?,
         };
@@ -228,23 +213,6 @@ impl Asked {
         inner.viewport.set_budget((budget > 0).then_some(FrameBudget::Work(budget)));
         Ok(camera)
     }
-}
-
-/// The library's camera of a caller's; `None` for null.
-unsafe fn camera(pointer: *const overcoat_camera) -> Result<Option<Camera>, Failure> {
-    if pointer.is_null() {
-        return Ok(None);
-    }
-    // SAFETY: of the caller.
-    let own =
-        unsafe { raw::structure(pointer) }.ok_or_else(|| Failure::argument("camera: its size is not set"))?;
-    let mut camera = Camera::look_at(own.eye, own.target, own.up)?;
-    camera = if own.fov_y == 0.0 {
-        camera.orthographic(own.orthographic_height)?
-    } else {
-        camera.perspective(own.fov_y)?
-    };
-    Ok(Some(if own.near == 0.0 { camera } else { camera.near_from(own.near)? }))
 }
 
 /// The memory of a caller.
@@ -281,51 +249,6 @@ fn result(drawn: &Drawn, hash: &str) -> overcoat_result {
     }
 }
 
-/// Makes a camera that shows all of a world in a picture of that aspect (width over height). `direction` is three floats from the
-/// world to the camera, or null: from where most is seen.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn overcoat_frame(
-    overcoat: *mut overcoat,
-    world: u64,
-    direction: *const f32,
-    aspect: f32,
-    camera_out: *mut overcoat_camera,
-) -> overcoat_status {
-    // SAFETY: of the caller.
-    unsafe {
-        run(overcoat, |inner, _| {
-            let limits = inner.limits.clone();
-            let scene = inner.world(world)?.scene();
-            if !(aspect > 0.0 && aspect.is_finite()) {
-                return Err(Failure::new(Status::OVERCOAT_OUT_OF_RANGE, "aspect: not above 0"));
-            }
-            // As the command frames it.
-            let description = Description::default();
-            let (options, _) = description.options(Machine::default(), &limits)?;
-            let framing = description.framing(scene, &options);
-            let mut framing = framing.unwrap_or_else(|| Framing::automatic(scene));
-            if !direction.is_null() {
-                let given = raw::slice(direction, 3).and_then(|d| <[f32; 3]>::try_from(d).ok());
-                framing.direction = given.ok_or_else(|| Failure::argument("direction: not aligned"))?;
-            }
-            framing.aspect = aspect;
-            let camera = framing.camera(scene);
-            let (fov_y, orthographic_height) = match camera.projection {
-                Projection::Orthographic { height } => (0.0, height),
-                Projection::Perspective { fov_y } => (fov_y, 0.0),
-                // Framed by a field of view.
-                Projection::Intrinsics(_) => (0.0, 0.0),
-            };
-            let Camera { eye, target, up, near, .. } = camera;
-            raw::write_structure(
-                camera_out,
-                &overcoat_camera { size: 0, eye, target, up, fov_y, orthographic_height, near },
-            );
-            Ok(())
-        })
-    }
-}
-
 /// Draws a world into memory of the caller, at once. `camera` may be null: that of the settings, or one that shows all.
 /// `result_out` may be null. After an error the memory may hold parts of the picture.
 #[unsafe(no_mangle)]
@@ -341,7 +264,7 @@ pub unsafe extern "C" fn overcoat_render(
     unsafe {
         run(overcoat, |inner, cancellation| {
             let asked = Asked::read(picture)?;
-            let camera = asked.prepare(inner, world, self::camera(camera)?)?;
+            let camera = asked.prepare(inner, world, camera)?;
             let mut target = self::target(target, inner.viewport.options().width)?;
             let Inner { viewport, worlds, .. } = inner;
             let Some(world) = worlds.get(&world) else { return Ok(()) };
@@ -378,7 +301,7 @@ pub unsafe extern "C" fn overcoat_refine(
     unsafe {
         run(overcoat, |inner, cancellation| {
             let asked = Asked::read(picture)?;
-            let camera = asked.prepare(inner, world, self::camera(camera)?)?;
+            let camera = asked.prepare(inner, world, camera)?;
             let mut target = self::target(target, inner.viewport.options().width)?;
             let Inner { viewport, worlds, .. } = inner;
             let Some(world) = worlds.get(&world) else { return Ok(()) };
@@ -410,7 +333,7 @@ pub unsafe extern "C" fn overcoat_pick(
     unsafe {
         run(overcoat, |inner, _| {
             let asked = Asked::read(picture)?;
-            let camera = asked.prepare(inner, world, self::camera(camera)?)?;
+            let camera = asked.prepare(inner, world, camera)?;
             let Inner { viewport, worlds, .. } = inner;
             let Some(world) = worlds.get(&world) else { return Ok(()) };
             let hit = viewport.pick(world.scene(), &camera, [x, y])?;
@@ -434,51 +357,5 @@ pub unsafe extern "C" fn overcoat_pick(
             raw::write_structure(hit_out, &own);
             Ok(())
         })
-    }
-}
-
-/// Encodes pixels in OVERCOAT_RGBA8 as PNG, for thumbnails in files. `bytes_out` is to be given to overcoat_bytes_free().
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn overcoat_encode_png(
-    overcoat: *mut overcoat,
-    pixels: *const u8,
-    width: u32,
-    height: u32,
-    stride: usize,
-    bytes_out: *mut *mut u8,
-    length_out: *mut usize,
-) -> overcoat_status {
-    // SAFETY: of the caller.
-    unsafe {
-        run(overcoat, |inner, _| {
-            let row = width as usize * 4;
-            let stride = if stride == 0 { row } else { stride };
-            let area = u64::from(width) * u64::from(height);
-            if area == 0 || stride < row || area > inner.limits.output_pixels {
-                let message = format!("{width} x {height} pixels in rows of {stride} bytes are no picture");
-                return Err(Failure::argument(message));
-            }
-            let length = stride.checked_mul(height as usize - 1).and_then(|before| before.checked_add(row));
-            let all = length.and_then(|length| raw::slice(pixels, length));
-            let all = all.ok_or_else(|| Failure::argument("pixels: null, or too long"))?;
-            if bytes_out.is_null() || length_out.is_null() {
-                return Err(Failure::argument("bytes_out or length_out: null"));
-            }
-            let rows = all.chunks(stride).flat_map(|bytes| bytes[..row].as_chunks::<4>().0);
-            let image = DisplayImage { width, height, pixels: rows.copied().collect() };
-            let encoded = encode_png(&image)?.into_boxed_slice();
-            raw::write(length_out, encoded.len());
-            raw::write(bytes_out, Box::into_raw(encoded).cast::<u8>());
-            Ok(())
-        })
-    }
-}
-
-/// Frees what overcoat_encode_png() has made, of the length that it said. Null is left alone.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn overcoat_bytes_free(bytes: *mut u8, length: usize) {
-    if !bytes.is_null() {
-        // SAFETY: of the caller: made by `Box::into_raw` of a slice of that length, and not freed.
-        drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(bytes, length)) });
     }
 }

@@ -77,6 +77,16 @@ pub unsafe fn write_structure<T: Sized32>(pointer: *mut T, value: &T) {
     }
 }
 
+/// Place of one of a list of structures, which are as far from each other as the first says that it is long.
+pub unsafe fn item<T: Sized32>(pointer: *mut T, number: usize) -> *mut T {
+    if pointer.is_null() || number == 0 {
+        return pointer;
+    }
+    // SAFETY: as in `structure`.
+    let stride = unsafe { pointer.cast::<u32>().read_unaligned() } as usize;
+    pointer.cast::<u8>().wrapping_add(stride.wrapping_mul(number)).cast()
+}
+
 /// A list. `None` if there is none or its length is more than memory has; an empty one of null and 0.
 pub unsafe fn slice<'a, T: Copy>(pointer: *const T, length: usize) -> Option<&'a [T]> {
     if length == 0 {
@@ -134,5 +144,18 @@ pub unsafe fn take<T>(place: *mut *mut T) -> Option<Box<T>> {
     unsafe {
         let pointer = place.replace(std::ptr::null_mut());
         if pointer.is_null() { None } else { Some(Box::from_raw(pointer)) }
+    }
+}
+
+/// Hands bytes out, to be given to [`take_back`] with their length.
+pub fn give(bytes: Box<[u8]>) -> *mut u8 {
+    Box::into_raw(bytes).cast::<u8>()
+}
+
+/// Frees bytes that [`give`] has handed out; nothing of null.
+pub unsafe fn take_back(bytes: *mut u8, length: usize) {
+    if !bytes.is_null() {
+        // SAFETY: of the caller: made by `give` of a slice of that length, and not freed.
+        drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(bytes, length)) });
     }
 }

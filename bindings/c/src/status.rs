@@ -31,7 +31,8 @@ pub enum overcoat_status {
     OVERCOAT_LIMIT = 7,
     /// overcoat_cancel() was called.
     OVERCOAT_CANCELLED = 8,
-    /// The calling thread flushes subnormal numbers to zero or does not round to nearest: pictures would differ from other machines.
+    /// Threads flush subnormal numbers to zero or do not round to nearest: pictures would differ from other machines. On x86 and
+    /// 64-bit ARM functions set the calling thread's arithmetic right on entry and put it back on return: there it does not happen.
     OVERCOAT_FLOATING_POINT_MODE = 9,
     /// A mistake of this library. What it was called for is in an unknown state; only overcoat_free() is left.
     OVERCOAT_INTERNAL = 10,

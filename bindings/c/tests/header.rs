@@ -7,9 +7,20 @@ fn the_header_is_that_of_the_sources() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(folder.join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for file in
-        ["status", "context", "world", "meshes", "materials", "material_files", "instances", "picture"]
-    {
+    for file in [
+        "status",
+        "context",
+        "world",
+        "meshes",
+        "materials",
+        "material_files",
+        "material_values",
+        "instances",
+        "camera",
+        "picture",
+        "planes",
+        "encode",
+    ] {
         builder = builder.with_src(folder.join("src").join(file).with_extension("rs"));
     }
     let mut made = Vec::new();

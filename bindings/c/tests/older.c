@@ -1,4 +1,4 @@
-/* A program that may be compiled against an older header, whose materials and lights have fewer fields: prints the hash of a red cube. */
+/* A program that may be compiled against an older header, whose materials, lights, meshes and cameras have fewer fields: prints the hash of a red cube. */
 #include <overcoat.h>
 #include <stdio.h>
 
@@ -41,14 +41,18 @@ int main(void) {
     OVERCOAT_INIT(picture);
     picture.width = picture.height = 64;
     picture.wants_hash = true;
+    overcoat_camera camera;
+    OVERCOAT_INIT(camera);
+    OK(overcoat_frame(o, world, NULL, 1, &camera));
+    camera.fov_y *= 1.25f;
     overcoat_target target;
     OVERCOAT_INIT(target);
     target.pixels = pixels;
     target.length = sizeof pixels;
     overcoat_result result;
     OVERCOAT_INIT(result);
-    OK(overcoat_render(o, world, NULL, &picture, &target, &result));
-    printf("%zu %zu %s\n", sizeof red, sizeof sun, result.hash);
+    OK(overcoat_render(o, world, &camera, &picture, &target, &result));
+    printf("%zu %zu %zu %zu %s\n", sizeof red, sizeof sun, sizeof cube, sizeof camera, result.hash);
     overcoat_free(&o);
     return 0;
 }

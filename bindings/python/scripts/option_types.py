@@ -1,4 +1,4 @@
-"""Types of options from the schema of scene files, so that there is one list of names, values and sentences.
+"""Types of options from the schema of scene files and the names of planes, so that there is one list of names, values and sentences.
 
 Usage: python scripts/option_types.py [--check]
 """
@@ -6,12 +6,15 @@ Usage: python scripts/option_types.py [--check]
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any, Dict
 
 HERE = Path(__file__).resolve().parent
 SCHEMA = HERE / "../../../crates/description/src/scene.schema.json"
+#: Names of planes, which scene files do not have.
+PLANES = HERE / "../../../crates/core/src/frame/mod.rs"
 TYPES = HERE / "../python/overcoat/_option_types.py"
 
 #: Keys of scene files that are no options.
@@ -88,15 +91,23 @@ def table(name: str, bases: str, about: str, members: Dict[str, Any], types: Dic
     return f'\n\nclass {name}({bases}, total=False):\n    """{about}"""\n\n{body}'
 
 
-def module(schema: Dict[str, Any]) -> str:
+def planes_of(source: str) -> list[str]:
+    """Names of planes of the G-buffer, of the function that says them."""
+    body = re.search(r"pub fn name\(self\) -> &'static str \{\s*match self \{(.*?)\n        \}", source, re.S)
+    assert body is not None, "Aov::name is not where it was"
+    return re.findall(r'Self::\w+ => "([a-z-]+)"', body.group(1))
+
+
+def module(schema: Dict[str, Any], planes_known: list[str]) -> str:
     options = {name: of for name, of in schema["properties"].items() if name not in NO_OPTIONS}
     named = {name: of for name, of in options.items() if isinstance(of.get("enum", [0])[0], str)}
-    aliases = "".join(f"\n{alias(name)} = {type_of(of)}" for name, of in named.items()) + "\n"
+    aliases = f"\nAov = Literal[{', '.join(json.dumps(name) for name in planes_known)}]"
+    aliases += "".join(f"\n{alias(name)} = {type_of(of)}" for name, of in named.items()) + "\n"
     types = {**{name: alias(name) for name in named}, **TYPES_HERE}
     camera = {name: of for name, of in options["camera"]["properties"].items() if {"type", "anyOf", "enum"} & set(of)}
     limits = "    limits: Mapping[str, int]\n"
     limits += '    """Bounds on the work and on what a file may ask for, by the names of `overcoat render --limit`."""\n'
-    planes = "    aov: Union[str, Sequence[str]]\n"
+    planes = "    aov: Union[Aov, Sequence[Aov]]\n"
     planes += '    """Planes of the G-buffer to draw as well."""\n'
     planes += "    format: str\n"
     planes += '    """Format of a model in memory, where its content does not tell."""\n'
@@ -130,7 +141,7 @@ def module(schema: Dict[str, Any]) -> str:
 
 
 def main() -> int:
-    text = module(json.loads(SCHEMA.read_text()))
+    text = module(json.loads(SCHEMA.read_text()), planes_of(PLANES.read_text()))
     if "--check" not in sys.argv:
         TYPES.write_text(text)
     elif TYPES.read_text() != text:

@@ -2,19 +2,21 @@
 
 use crate::arrays::{optional_rows, rows, transform};
 use crate::errors::{self, Kind};
+use crate::kept::{Geometry, Texels};
 use crate::model::Model;
-use numpy::{PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use overcoat::Scene;
 use overcoat::jobs::Jobs;
 use overcoat::load::{add_smooth_normals, add_tangents};
 use overcoat::scene::{
-    AlphaMode, AlphaUse, Axis, ColorSpace, Filter, Image, Instance, Light, LightKind, Material, MaterialId,
-    Mesh, MeshData, MeshId, MipFilter, NormalTexture, Orientation, PrimitiveKind, Sampler, Texture,
-    TextureId, TextureRef, UvTransform, Workflow, Wrap,
+    AlphaMode, AlphaUse, Axis, ColorSpace, Filter, Instance, Light, LightKind, Material, MaterialId, Mesh,
+    MeshData, MeshId, MipFilter, NormalTexture, Orientation, PrimitiveKind, Sampler, Splat, SplatCloud,
+    SplatCloudBuilder, SplatColorSpace, SplatInstance, SplatOrder, TextureId, TextureRef, UvTransform,
+    Workflow, Wrap,
 };
 use pyo3::prelude::*;
 use serde::Deserialize;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A scene that grows until it is finished.
 #[pyclass(frozen, module = "overcoat._overcoat")]
@@ -24,7 +26,7 @@ pub(crate) struct SceneBuilder(Mutex<Parts>);
 #[derive(Debug, Default)]
 struct Parts {
     scene: Scene,
-    images: Vec<Arc<Image>>,
+    images: Vec<Py<Texels>>,
     /// Image, sampler and use of each texture that was made.
     textures: Vec<(usize, Sampler, ColorSpace, AlphaUse, TextureId)>,
     materials: Vec<MaterialId>,
@@ -127,7 +129,7 @@ pub(crate) struct MeshArrays<'py> {
 }
 
 impl MeshArrays<'_> {
-    /// A mesh of them, see [`SceneBuilder::add_mesh`].
+    /// A mesh of them, see [`Geometry`].
     pub(crate) fn mesh(
         self,
         py: Python<'_>,
@@ -168,6 +170,53 @@ impl MeshArrays<'_> {
     }
 }
 
+/// A cloud of splats of arrays of one length; `harmonics` has 3 numbers for each coefficient above degree 0.
+fn cloud(
+    positions: PyReadonlyArray2<'_, f32>,
+    scales: PyReadonlyArray2<'_, f32>,
+    rotations: PyReadonlyArray2<'_, f32>,
+    opacities: PyReadonlyArray2<'_, f32>,
+    colors: PyReadonlyArray2<'_, f32>,
+    harmonics: &PyReadonlyArray2<'_, f32>,
+) -> PyResult<SplatCloud> {
+    let positions: Vec<[f32; 3]> = rows("means", &positions)?;
+    let scales: Vec<[f32; 3]> = rows("scales", &scales)?;
+    let rotations: Vec<[f32; 4]> = rows("rotations", &rotations)?;
+    let opacities: Vec<[f32; 1]> = rows("opacities", &opacities)?;
+    let colors: Vec<[f32; 3]> = rows("colors", &colors)?;
+    let width = harmonics.shape()[1];
+    let degree = [0, 9, 24, 45].iter().position(|known| *known == width).ok_or_else(|| {
+        Kind::Mesh.error(format_args!(
+            "harmonics: expected shape (N, K, 3) with K = 3, 8 or 15, found ({}, {}, 3)",
+            harmonics.shape()[0],
+            width / 3
+        ))
+    })?;
+    let lists = [scales.len(), rotations.len(), opacities.len(), colors.len(), harmonics.shape()[0]];
+    if let Some(other) = lists.iter().find(|length| **length != positions.len()) {
+        let message = format_args!("splats: {} means, but another array has {other} rows", positions.len());
+        return Err(Kind::Mesh.error(message.to_string()));
+    }
+    let harmonics =
+        harmonics.as_slice().map_err(|error| Kind::Mesh.error(format_args!("harmonics: {error}")))?;
+    let wrong = |e| errors::scene("splats", &e);
+    let builder = SplatCloudBuilder::new(degree as u8, SplatColorSpace::Srgb, SplatOrder::Depth);
+    let mut builder = builder.map_err(wrong)?;
+    builder.reserve(positions.len());
+    for k in 0..positions.len() {
+        let splat = Splat {
+            position: positions[k],
+            scale: scales[k],
+            rotation: rotations[k],
+            opacity: opacities[k][0],
+            color: colors[k],
+        };
+        let (above, _) = harmonics[k * width..(k + 1) * width].as_chunks::<3>();
+        builder.push(&splat, above).map_err(wrong)?;
+    }
+    Ok(builder.finish())
+}
+
 impl SceneBuilder {
     fn parts(&self) -> MutexGuard<'_, Parts> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
@@ -181,20 +230,11 @@ impl SceneBuilder {
         Self::default()
     }
 
-    /// An image of (H, W, 4) bytes, row 0 on top; returns its number.
-    fn add_image(&self, texels: PyReadonlyArray3<'_, u8>) -> PyResult<usize> {
-        let shape = texels.shape();
-        let [height, width, 4] = *shape else {
-            return Err(Kind::Mesh.error(format_args!("texture: expected shape (H, W, 4), found {shape:?}")));
-        };
-        let values = texels.as_slice().map_err(|error| Kind::Mesh.error(format_args!("texture: {error}")))?;
-        let (texels, _) = values.as_chunks::<4>();
-        let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        let image = Image::new(side(width), side(height), texels.to_vec());
-        let image = image.map_err(|error| errors::scene("texture", &error))?;
+    /// A picture; returns its number.
+    fn add_image(&self, texels: Py<Texels>) -> usize {
         let mut parts = self.parts();
-        parts.images.push(Arc::new(image));
-        Ok(parts.images.len() - 1)
+        parts.images.push(texels);
+        parts.images.len() - 1
     }
 
     /// A material; returns its number.
@@ -207,28 +247,33 @@ impl SceneBuilder {
         Ok(parts.materials.len() - 1)
     }
 
-    /// A mesh; returns its number. `kind` is `triangles`, `lines` or `points`; `crease_degrees` asks for smooth normals where
-    /// there are none; `tangents_of` for tangents over that set of texture coordinates, which normal maps need.
-    #[pyo3(signature = (positions, indices, normals=None, uv=None, colors=None, kind="triangles", crease_degrees=None, tangents_of=None))]
-    #[allow(clippy::too_many_arguments)]
-    fn add_mesh(
-        &self,
-        py: Python<'_>,
-        positions: PyReadonlyArray2<'_, f32>,
-        indices: PyReadonlyArray2<'_, u32>,
-        normals: Option<PyReadonlyArray2<'_, f32>>,
-        uv: Option<PyReadonlyArray2<'_, f32>>,
-        colors: Option<PyReadonlyArray2<'_, f32>>,
-        kind: &str,
-        crease_degrees: Option<f32>,
-        tangents_of: Option<usize>,
-    ) -> PyResult<usize> {
-        let arrays = MeshArrays { positions, indices, normals, uv, colors };
-        let mesh = arrays.mesh(py, kind, crease_degrees, tangents_of)?;
+    /// A mesh; returns its number.
+    fn add_mesh(&self, geometry: &Bound<'_, Geometry>) -> PyResult<usize> {
         let mut parts = self.parts();
-        let id = parts.scene.add_mesh(mesh).map_err(|e| errors::scene("mesh", &e))?;
+        let id = parts.scene.add_mesh(geometry.get().0.clone()).map_err(|e| errors::scene("mesh", &e))?;
         parts.meshes.push(id);
         Ok(parts.meshes.len() - 1)
+    }
+
+    /// Splats of arrays at a place: see `overcoat.Splats`.
+    #[allow(clippy::too_many_arguments)]
+    fn add_splats(
+        &self,
+        positions: PyReadonlyArray2<'_, f32>,
+        scales: PyReadonlyArray2<'_, f32>,
+        rotations: PyReadonlyArray2<'_, f32>,
+        opacities: PyReadonlyArray2<'_, f32>,
+        colors: PyReadonlyArray2<'_, f32>,
+        harmonics: PyReadonlyArray2<'_, f32>,
+        matrix: PyReadonlyArray2<'_, f64>,
+        object: u32,
+    ) -> PyResult<()> {
+        let cloud = cloud(positions, scales, rotations, opacities, colors, &harmonics)?;
+        let transform = transform(&matrix)?;
+        let mut parts = self.parts();
+        let cloud = parts.scene.add_splats(cloud).map_err(|e| errors::scene("splats", &e))?;
+        let added = parts.scene.add_splat_instance(SplatInstance::new(cloud, transform).with_object(object));
+        added.map_err(|e| errors::scene("splats", &e))
     }
 
     /// Places a mesh. `matrix` is (4, 4), object to world, in the way that columns are multiplied; `object` is the number
@@ -336,7 +381,7 @@ impl Parts {
         alpha: AlphaUse,
     ) -> PyResult<Option<TextureRef>> {
         let Some(data) = data else { return Ok(None) };
-        let image = self.images.get(data.image).map(Arc::clone);
+        let image = self.images.get(data.image);
         let image = image.ok_or_else(|| Kind::Mesh.error("material: there is no such texture"))?;
         let sampler = sampler(&data);
         let known = |t: &&(usize, Sampler, ColorSpace, AlphaUse, TextureId)| {
@@ -345,7 +390,7 @@ impl Parts {
         let id = match self.textures.iter().find(known) {
             Some(known) => known.4,
             None => {
-                let texture = Texture::new(image, color_space, alpha, sampler);
+                let texture = image.get().texture((sampler, color_space, alpha));
                 let id = self.scene.add_texture(texture).map_err(|e| errors::scene("texture", &e))?;
                 self.textures.push((data.image, sampler, color_space, alpha, id));
                 id

@@ -216,7 +216,7 @@ impl Image {
             )));
         };
         let Source { scene, camera, options } = source;
-        let found = self.pool.with(py, |renderer| renderer.annotate(scene, camera, options, ids));
+        let found = self.pool.with(py, |renderer| renderer.annotate(scene, camera, options, ids))?;
         let told = |of: Annotation| {
             let dict = PyDict::new(py);
             let fraction = of.visible_fraction();

@@ -1,6 +1,6 @@
 //! Memory of numpy's arrays that pictures are drawn into, without the interpreter.
 //!
-//! Beside `arithmetic`, the only unsafe code written by hand in this package: an array whose rows do not follow each other has no
+//! The only unsafe code written by hand in this package: an array whose rows do not follow each other has no
 //! safe slice.
 
 use crate::errors::Kind;

@@ -2,7 +2,7 @@
 
 use crate::environment::Environment;
 use crate::errors::{self, Kind};
-use crate::material::InlineMaterial;
+use crate::material::{GivenMaterial, InlineMaterial};
 use crate::orbit::Orbit;
 use overcoat::color::srgb::SRGB8_TO_LINEAR;
 use overcoat::description::{Description, DescriptionError, Machine};
@@ -75,7 +75,7 @@ pub(crate) struct GivenRequest<'py> {
     #[pyo3(item)]
     environment: Option<PyRef<'py, Environment>>,
     #[pyo3(item)]
-    materials: Vec<(Option<String>, String)>,
+    materials: Vec<GivenMaterial>,
     #[pyo3(item)]
     aov: Vec<String>,
     #[pyo3(item)]
@@ -98,11 +98,7 @@ impl Request {
             description,
             limits: limits(&given.limits)?,
             environment: given.environment.map(|environment| environment.clone()),
-            materials: given
-                .materials
-                .into_iter()
-                .map(|(name, json)| InlineMaterial { name, json })
-                .collect(),
+            materials: given.materials.into_iter().map(InlineMaterial::new).collect(),
             aovs,
             orbit: given.orbit.map(|orbit| orbit.camera()),
         })

@@ -6,8 +6,10 @@
 //! fork is made by a thread that holds it: no child ever finds the lock taken.
 
 use crate::arithmetic::DefaultArithmetic;
+use crate::signals::interruptible;
 use overcoat::Renderer;
 use overcoat::frame::Frame;
+use overcoat::render::Cancellation;
 use pyo3::prelude::*;
 use std::mem;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -54,27 +56,38 @@ impl Pool {
         Self { threads, idle: Mutex::new(Idle::new()) }
     }
 
-    /// Calls `f` with a renderer, without the interpreter, in default arithmetic.
-    pub(crate) fn with<T: Send>(&self, py: Python<'_>, f: impl FnOnce(&mut Renderer) -> T + Send) -> T {
+    /// Calls `f` with a renderer, without the interpreter, in default arithmetic. Ctrl-C stops the picture that it draws.
+    ///
+    /// # Errors
+    /// Exceptions of handlers of signals, such as `KeyboardInterrupt`.
+    pub(crate) fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        f: impl FnOnce(&mut Renderer) -> T + Send,
+    ) -> PyResult<T> {
         let (kept, frame) = {
             let mut idle = self.lock();
             (idle.renderers.pop(), idle.frames.pop())
         };
         let threads = self.threads;
-        let (renderer, result) = py.detach(|| {
+        let cancellation = Cancellation::new();
+        let ((renderer, result), raised) = interruptible(py, &cancellation, || {
             let _arithmetic = DefaultArithmetic::new();
             let mut renderer = kept.unwrap_or_else(|| Renderer::new(threads));
             if let Some(frame) = frame {
                 renderer.recycle(frame);
             }
+            renderer.cancel_by(Some(cancellation.clone()));
             let result = f(&mut renderer);
+            renderer.cancel_by(None);
             (renderer, result)
         });
         let mut idle = self.lock();
         if idle.renderers.len() < KEPT {
             idle.renderers.push(renderer);
         }
-        result
+        drop(idle);
+        raised.map_or(Ok(result), Err)
     }
 
     /// Takes back the memory of a picture that nobody looks at any more. Only with the interpreter.

@@ -65,7 +65,7 @@ impl Renderer {
         self.pool.with(py, |renderer| {
             let loaded = load_file_with(&path, &options, &limits, renderer.jobs());
             loaded.map(model_of).map_err(|e| errors::load(&e, Some(&path)))
-        })
+        })?
     }
 
     /// Loads a model from memory; `format` is a name or an extension that says what its content does not.
@@ -84,7 +84,7 @@ impl Renderer {
             let context = Context { resolver: &NoResolver, limits: &limits, jobs: renderer.jobs() };
             let loaded = load_bytes_with(&bytes, format, &options, &context);
             loaded.map(model_of).map_err(|e| errors::load(&e, None))
-        })
+        })?
     }
 
     /// Draws a model. One that is drawn `once` leaves nothing in the cache but its environment.
@@ -97,7 +97,7 @@ impl Renderer {
     ) -> PyResult<Image> {
         let (model, request) = (model.get(), Request::new(request)?);
         let plan = self.cache.find(model, &request);
-        let (drawn, made) = self.pool.with(py, |renderer| self.draw(renderer, model, &request, plan))?;
+        let (drawn, made) = self.pool.with(py, |renderer| self.draw(renderer, model, &request, plan))??;
         if let Some(made) = made {
             self.cache.keep(if once { made.once() } else { made });
         }
@@ -118,8 +118,9 @@ impl Renderer {
             .map_err(|e| errors::limit(&e, &e))?;
         let plan = self.cache.find(model, &request);
         let turn = if turn_model { Turn::Model } else { Turn::Camera };
-        let (drawn, made) =
-            self.pool.with(py, |renderer| self.draw_turn(renderer, model, &request, plan, frames, turn))?;
+        let (drawn, made) = self
+            .pool
+            .with(py, |renderer| self.draw_turn(renderer, model, &request, plan, frames, turn))??;
         if let Some(made) = made {
             self.cache.keep(made);
         }
@@ -128,7 +129,7 @@ impl Renderer {
 
     /// Worker threads that each picture is drawn by.
     #[getter]
-    fn threads(&self, py: Python<'_>) -> usize {
+    fn threads(&self, py: Python<'_>) -> PyResult<usize> {
         self.pool.with(py, |renderer| renderer.jobs().threads())
     }
 }

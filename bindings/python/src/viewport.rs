@@ -11,6 +11,7 @@ use crate::model::Model;
 use crate::options::{GivenRequest, Request, read};
 use crate::orbit::Orbit;
 use crate::renderer::Renderer;
+use crate::signals::interruptible;
 use crate::world::World;
 use overcoat::description::{Description, Machine};
 use overcoat::frame::DisplayOptions;
@@ -112,16 +113,19 @@ struct Turn<'a> {
 }
 
 impl Turn<'_> {
-    /// Calls `f` with the library's viewport, without the interpreter.
+    /// Calls `f` with the library's viewport, without the interpreter. Ctrl-C stops what takes `long`; what takes microseconds is not
+    /// worth a thread of its own.
     fn draw<T: Send>(
         self,
         py: Python<'_>,
         settings: &Settings,
+        long: bool,
         f: impl FnOnce(&mut viewport::Viewport) -> PyResult<T> + Send,
     ) -> PyResult<T> {
         let (threads, cancellation) = (self.of.threads, self.cancellation.clone());
         let kept = self.of.lock().viewport.take();
-        let (viewport, result) = py.detach(|| {
+        let stop = self.cancellation.clone();
+        let work = || {
             let _arithmetic = DefaultArithmetic::new();
             let new = || viewport::Viewport::new(overcoat::Renderer::new(threads));
             let mut viewport = kept.unwrap_or_else(new);
@@ -131,9 +135,11 @@ impl Turn<'_> {
             viewport.renderer().cancel_by(Some(cancellation));
             let result = f(&mut viewport);
             (viewport, result)
-        });
+        };
+        let ((viewport, result), raised) =
+            if long { interruptible(py, &stop, work) } else { (py.detach(work), None) };
         self.of.lock().viewport = Some(viewport);
-        result
+        raised.map_or(result, Err)
     }
 }
 
@@ -210,7 +216,7 @@ impl Viewport {
             target = target.with_region(left, top, width, height);
         }
         let scene = &model.get().scene;
-        let drawn = turn.draw(py, &settings, |viewport| {
+        let drawn = turn.draw(py, &settings, true, |viewport| {
             let camera = settings.camera(scene, &camera)?;
             viewport.set_display(settings.description.display_of(scene, &settings.display));
             let drawn = if refine {
@@ -242,7 +248,7 @@ impl Viewport {
         for _ in 0..LOOKS {
             let model = world.get().model(py)?;
             let scene = &model.get().scene;
-            let hit = self.turn(py)?.draw(py, &settings, |viewport| {
+            let hit = self.turn(py)?.draw(py, &settings, false, |viewport| {
                 let camera = settings.camera(scene, &camera)?;
                 viewport.pick(scene, &camera, [x, y]).map_err(|e| errors::render(&e))
             })?;

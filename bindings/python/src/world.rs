@@ -143,7 +143,7 @@ impl World {
             let mut scene = Scene::clone(scene);
             let warnings = lay(&mut scene, &request, renderer.jobs())?;
             Ok((scene, warnings))
-        })?;
+        })??;
         let handle = self.change(|world| world.add_model(&Loaded::from(scene), transform))?;
         Ok((handle.to_bits(), warnings))
     }
@@ -171,7 +171,7 @@ impl World {
                 let context = Context { resolver: &NoResolver, limits: &limits, jobs: renderer.jobs() };
                 AnimatedModel::from_bytes(bytes.as_deref().unwrap_or_default(), format, &options, &context)
             }
-        });
+        })?;
         let source = source.map_err(|e| errors::load(&e, path.as_deref()))?;
         let jobs = Jobs::new(1);
         let (handle, mut warnings) =
@@ -303,7 +303,7 @@ impl World {
         let request = Request::new(request)?;
         let textures = self.lock().world.scene().textures().to_vec();
         let (made, warnings) =
-            renderer.get().pool.with(py, |renderer| make(clay(), &textures, &request, renderer.jobs()))?;
+            renderer.get().pool.with(py, |renderer| make(clay(), &textures, &request, renderer.jobs()))??;
         let handle = self.change(|world| world.add_textured_material(made))?;
         Ok((handle.to_bits(), warnings))
     }
@@ -320,7 +320,7 @@ impl World {
         let over = self.look(|world| world.material(handle).cloned())?;
         let textures = self.lock().world.scene().textures().to_vec();
         let (made, warnings) =
-            renderer.get().pool.with(py, |renderer| make(over, &textures, &request, renderer.jobs()))?;
+            renderer.get().pool.with(py, |renderer| make(over, &textures, &request, renderer.jobs()))??;
         self.change(|world| world.set_textured_material(handle, made))?;
         Ok(warnings)
     }
@@ -437,7 +437,7 @@ impl World {
                 let made = renderer.get().pool.with(py, |renderer| {
                     description.environment(limits, renderer.jobs()).map_err(|e| errors::description(&e))
                 });
-                let (environment, warnings) = made?;
+                let (environment, warnings) = made??;
                 (environment.source, warnings)
             }
         };

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -248,6 +249,146 @@ def test_scenes_without_camera_and_with_nothing():
     mesh.is_visible = False
     scene.add(mesh)
     assert OffscreenRenderer(10, 10).render(scene)[1].max() == 0
+
+
+def counted(monkeypatch):
+    """Numbers of meshes and pictures that are converted from now on."""
+    from overcoat.compat import _pyrender_scene
+
+    counts = {"meshes": 0, "pictures": 0}
+    shape, channels = _pyrender_scene._Converter._shape, _pyrender_scene._channels
+
+    def new_shape(*arguments):
+        counts["meshes"] += 1
+        return shape(*arguments)
+
+    def new_channels(*arguments):
+        counts["pictures"] += 1
+        return channels(*arguments)
+
+    monkeypatch.setattr(_pyrender_scene._Converter, "_shape", new_shape)
+    monkeypatch.setattr(_pyrender_scene, "_channels", new_channels)
+    return counts
+
+
+def textured(texture):
+    material = pyrender.MetallicRoughnessMaterial(baseColorTexture=texture, metallicFactor=0.0, roughnessFactor=1.0)
+    return pyrender.Primitive(
+        positions=np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=float),
+        normals=np.tile([0, 0, 1.0], (4, 1)),
+        texcoord_0=np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]),
+        indices=np.array([[0, 1, 2], [0, 2, 3]]),
+        material=material,
+        mode=4,
+    )
+
+
+def test_an_animated_scene_converts_what_changes(monkeypatch):
+    counts = counted(monkeypatch)
+    texture = np.zeros((32, 32, 3), dtype=np.uint8)
+    texture[:16] = [250, 10, 10]
+    quad = textured(texture)
+    scene = pyrender.Scene(ambient_light=[1.0, 1.0, 1.0])
+    node = scene.add(pyrender.Mesh([quad]))
+    scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere()), pose=trimesh.transformations.translation_matrix([3, 0, 0]))
+    look(scene, pyrender.PerspectiveCamera(yfov=1.0), 5)
+    renderer = OffscreenRenderer(60, 60)
+    fresh = lambda: OffscreenRenderer(60, 60, renderer=overcoat.Renderer(1)).render(scene)[0]
+    first, _ = renderer.render(scene)
+    assert counts == {"meshes": 2, "pictures": 1}
+    again, _ = renderer.render(scene)
+    assert (again == first).all() and counts == {"meshes": 2, "pictures": 1}
+    # What moves, and what is made of other numbers.
+    scene.set_pose(node, trimesh.transformations.translation_matrix([0.5, 0, 0]))
+    quad.material.metallicFactor = 0.5
+    moved, _ = renderer.render(scene)
+    assert (moved != first).any() and counts == {"meshes": 2, "pictures": 1}
+    # Other arrays, and arrays that are written to.
+    quad.positions = quad.positions * 0.5
+    small, _ = renderer.render(scene)
+    assert (small != moved).any() and counts == {"meshes": 3, "pictures": 1}
+    quad.positions[:, 1] += 0.25
+    higher, _ = renderer.render(scene)
+    assert (higher != small).any() and counts == {"meshes": 4, "pictures": 1}
+    quad.material.baseColorTexture.source[..., 2] = 250
+    blue, _ = renderer.render(scene)
+    assert (blue != higher).any() and counts == {"meshes": 4, "pictures": 2}
+    # With other flags other meshes.
+    renderer.render(scene, Flags.DEPTH_ONLY)
+    assert counts == {"meshes": 6, "pictures": 2}
+    light = scene.add(pyrender.DirectionalLight(intensity=3.0), pose=np.eye(4))
+    lit, _ = renderer.render(scene)
+    assert (lit != blue).any() and counts == {"meshes": 6, "pictures": 2}
+    scene.remove_node(light)
+    assert (renderer.render(scene)[0] == blue).all() and (fresh() == blue).all()
+
+
+def test_what_was_converted_goes_with_its_scene():
+    from overcoat.compat import _pyrender_scene
+
+    gc.collect()
+    before = [len(kept) for kept in (_pyrender_scene._geometries, _pyrender_scene._pictures, _pyrender_scene._models)]
+    scene = pyrender.Scene(ambient_light=[1.0, 1.0, 1.0])
+    scene.add(pyrender.Mesh([textured(np.zeros((4, 4, 4), dtype=np.uint8))]))
+    look(scene, pyrender.PerspectiveCamera(yfov=1.0), 5)
+    OffscreenRenderer(20, 20).render(scene)
+    during = [len(kept) for kept in (_pyrender_scene._geometries, _pyrender_scene._pictures, _pyrender_scene._models)]
+    assert all(more > less for more, less in zip(during, before))
+    del scene
+    gc.collect()
+    after = [len(kept) for kept in (_pyrender_scene._geometries, _pyrender_scene._pictures, _pyrender_scene._models)]
+    assert after == before
+
+
+WITHOUT_OPENGL = """
+import sys
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("OpenGL", "pyglet"):
+            raise ImportError("Unable to load OpenGL library")
+sys.meta_path.insert(0, Absent())
+try:
+    import pyrender
+except ImportError:
+    pass
+else:
+    raise SystemExit("pyrender can be imported without OpenGL")
+before = {name for name in sys.modules if name.startswith("pyrender")}
+from overcoat.compat.pyrender.constants import RenderFlags
+from overcoat.compat.pyrender import constants
+assert {name for name in sys.modules if name.startswith("pyrender")} == before and constants.RenderFlags is RenderFlags
+import numpy as np, trimesh
+import overcoat.compat.pyrender as pyrender
+scene = pyrender.Scene()
+scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere()))
+pose = np.eye(4); pose[2, 3] = 4
+scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=pose)
+scene.add(pyrender.SpotLight(intensity=20.0, innerConeAngle=0.1, outerConeAngle=0.3), pose=pose)
+color, depth = pyrender.OffscreenRenderer(64, 48).render(scene, flags=pyrender.RenderFlags.SHADOWS_SPOT)
+assert abs(depth[24, 32] - 3) < 0.01 and color[24, 32].mean() > 20, (depth[24, 32], color[24, 32])
+assert abs(scene.bounds[1][0] - 1) < 0.01 and pyrender.constants.DEFAULT_Z_FAR == 100.0
+try:
+    pyrender.Viewer(scene)
+except ImportError as error:
+    assert "OpenGL" in str(error)
+else:
+    raise SystemExit("a viewer without OpenGL")
+print("drawn")
+"""
+
+
+def test_no_opengl_library_is_needed():
+    done = subprocess.run([sys.executable, "-c", WITHOUT_OPENGL], capture_output=True, text=True, timeout=120)
+    assert done.stdout.strip() == "drawn", done.stdout + done.stderr
+
+
+def test_constants_are_pyrenders():
+    from overcoat.compat.pyrender import constants
+
+    for name in ("RenderFlags", "GLTF"):
+        ours, theirs = vars(getattr(constants, name)), vars(getattr(pyrender.constants, name))
+        known = {key: value for key, value in theirs.items() if key.isupper()}
+        assert known == {key: value for key, value in ours.items() if key.isupper()}
 
 
 BESIDE = """

@@ -137,3 +137,37 @@ def test_hostile_meshes_are_refused():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         assert overcoat.render(trimesh.Scene(), size=16).array.max() == 0
+
+
+def test_geometries_are_converted_when_they_change(monkeypatch):
+    from overcoat import _trimesh
+
+    counts = [0]
+    convert = _trimesh._Converter._convert
+
+    def counted(*arguments):
+        counts[0] += 1
+        return convert(*arguments)
+
+    monkeypatch.setattr(_trimesh._Converter, "_convert", counted)
+    ball, box = trimesh.creation.icosphere(), trimesh.creation.box()
+    ball.visual.vertex_colors = [200, 30, 30, 255]
+    box.visual.face_colors = [30, 200, 30, 255]
+    scene = trimesh.Scene([ball, box])
+    draw = lambda: overcoat.render(scene, size=32, quality="draft").hash
+    first = draw()
+    assert counts == [2] and draw() == first and counts == [2]
+    scene.graph.update(scene.graph.nodes_geometry[1], matrix=trimesh.transformations.translation_matrix([1, 0, 0]))
+    moved = draw()
+    assert moved != first and counts == [2]
+    ball.vertices[3] *= 2
+    spiked = draw()
+    assert spiked != moved and counts == [3]
+    box.visual.face_colors[:, 2] = 255
+    assert draw() != spiked and counts == [4]
+    kept = len(_trimesh._parts)
+    del ball, box, scene, draw
+    import gc
+
+    gc.collect()
+    assert len(_trimesh._parts) <= kept - 2

@@ -5,7 +5,9 @@ from __future__ import annotations
 import ctypes
 import json
 import multiprocessing
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -36,6 +38,39 @@ def test_other_threads_go_on_while_it_draws(model):
     thread.join()
     # With the interpreter held it would be one or two.
     assert progress > 20, (progress, drawing)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_stops_a_picture(model):
+    """Pictures that would take many seconds, by each way to draw one; afterwards all goes on as before."""
+    renderer, shape = overcoat.Renderer(1), overcoat.load(model("sports-car.glb"))
+    expected = renderer.render(shape, size=48).hash
+    scene = overcoat.Scene()
+    scene.add_model(shape)
+    viewport = overcoat.Viewport(renderer, size=5000, quality="fast", samples=16)
+    for draw in (
+        lambda: renderer.render(shape, size=5000, quality="fast", samples=16),
+        lambda: renderer.turntable(shape, frames=999, size=1000, quality="draft"),
+        lambda: viewport.draw(scene),
+    ):
+        timer = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            draw()
+        timer.join()
+        assert renderer.render(shape, size=48).hash == expected
+    # Exceptions of other handlers as well.
+    before = signal.signal(signal.SIGALRM, _give_up)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        with pytest.raises(TimeoutError, match="enough"):
+            renderer.render(shape, size=5000, quality="fast", samples=16)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+
+
+def _give_up(*_):
+    raise TimeoutError("enough")
 
 
 def test_threads_draw_at_once_and_the_same(model):

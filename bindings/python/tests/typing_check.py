@@ -25,6 +25,8 @@ def uses() -> None:
     text: str = image.hash
     overcoat.render(Path("x.glb"), env=np.zeros((2, 4, 3)), material={"coat": 1}, aov="depth", limits={"triangles": 5})
     overcoat.render(vertices=np.zeros((3, 3)), faces=[[0, 1, 2]])
+    overcoat.render(vertices=np.zeros((3, 3)), lines=[[0, 1]], aov=["depth", "instance-id"])
+    overcoat.render([overcoat.Mesh(np.zeros((3, 3))), overcoat.Splats([], [], [], [], [])])
     model: overcoat.Model = overcoat.load(b"")
     renderer = overcoat.Renderer(2, simd="avx2")
     renderer.render(model, background="env")
@@ -59,6 +61,8 @@ def misuses() -> None:
     overcoat.render("x.glb", sample=4)  # expect-error
     overcoat.render("x.glb", samples="4")  # expect-error
     overcoat.render("x.glb", quality="ultra")  # expect-error
+    overcoat.render("x.glb", aov="deep")  # expect-error
+    overcoat.render("x.glb", shading="cel")  # expect-error
     overcoat.render("x.glb", camera={"eyes": [0, 0, 1]})  # expect-error
     overcoat.Renderer("2")  # expect-error
     overcoat.render("x.glb").save(3)  # expect-error

@@ -111,6 +111,7 @@ export class Engine {
         pixels: picture.pixels(),
         hash: picture.hash(),
         warnings: picture.warnings(),
+        camera: JSON.parse(picture.camera()),
         ...(linear && { linear: picture.linear() }),
         aovs: Object.fromEntries(aovs.map((name) => [name, picture.plane(name)])),
       };

@@ -15,10 +15,52 @@ function placeOf(folder, name) {
   return join(folder, `${name}.png`);
 }
 
-async function pngOf(picture) {
+/** The bytes of a picture: of render(), a PNG file, or what Playwright and Puppeteer take screenshots of. */
+async function pngOf(picture, options) {
   if (typeof picture?.png === "function") return picture.png();
+  if (typeof picture?.screenshot === "function") return picture.screenshot({ type: "png", ...options });
   if (ArrayBuffer.isView(picture)) return picture;
-  throw new OvercoatError(`expected a picture of render() or the bytes of a PNG file, found ${what(picture)}`, "options");
+  throw new OvercoatError(
+    `expected a picture of render(), the bytes of a PNG file, or a page or an element of Playwright, found ${what(picture)}`,
+    "options",
+  );
+}
+
+/** Width and height of a PNG file. */
+function sizeOf(png) {
+  const view = new DataView(png.buffer, png.byteOffset, png.byteLength);
+  if (png.byteLength < 24 || view.getUint32(0) !== 0x89504e47) throw new OvercoatError("the picture is no PNG file", "options");
+  return [view.getUint32(16), view.getUint32(20)];
+}
+
+/** Rules of an object as the text of a thresholds.toml: `{ preset: "gpu" }`, `{ max_abs: 8, pixels: 20 }`. */
+function rulesOf(thresholds) {
+  if (typeof thresholds === "string") return thresholds;
+  if (typeof thresholds !== "object" || thresholds === null) {
+    throw new OvercoatError(`thresholds: expected a text or an object of limits, found ${what(thresholds)}`, "options");
+  }
+  return Object.entries(thresholds).map(([key, value]) => `${key} = ${JSON.stringify(value)}\n`).join("");
+}
+
+/**
+ * Holds a picture against what overcoat draws: a picture of render(), the bytes of a PNG file, or what has a render() (a Scene, a
+ * fromThree()), which is drawn as large as the picture is. Rejects with an OvercoatError (code "golden") unless they agree within the
+ * thresholds: by default those of the preset "gpu".
+ */
+export async function checkMatch(picture, expected, { thresholds = { preset: "gpu" }, screenshot, failures, name = "picture", ...options } = {}) {
+  const actual = await pngOf(picture, screenshot);
+  const isDrawn = typeof expected?.render === "function" && typeof expected.screenshot !== "function";
+  const wanted = await pngOf(isDrawn ? await expected.render({ size: sizeOf(actual), ...options }) : expected, screenshot);
+  const found = await compare(wanted, actual, { name: `${name}.png`, thresholds: rulesOf(thresholds) });
+  if (found.good) return found;
+  let where = "";
+  if (failures !== undefined) {
+    const paths = [[`${name}.expected.png`, wanted], [`${name}.actual.png`, actual]].map(([file, bytes]) => [join(resolve(failures), file), bytes]);
+    await mkdir(resolve(failures), { recursive: true });
+    for (const [path, bytes] of paths) await writeFile(path, bytes);
+    where = `; both are in ${resolve(failures)}`;
+  }
+  throw new OvercoatError(`${name}: ${found.reasons.join("; ") || found.verdict}${where}`, "golden");
 }
 
 /**
@@ -54,18 +96,27 @@ export async function checkGolden(picture, name, { folder = "goldens", update = 
   );
 }
 
-/** Matchers for the `expect` of Vitest and Jest. Goldens are in the folder `goldens` beside the test file. */
+/** A result of a matcher: whether it is as expected, and otherwise why. */
+async function resultOf(check, message) {
+  try {
+    await check();
+    return { pass: true, message: () => message };
+  } catch (error) {
+    if (error.code !== "golden") throw error;
+    return { pass: false, message: () => error.message };
+  }
+}
+
+/** Matchers for the `expect` of Vitest, Jest and Playwright. Goldens are in the folder `goldens` beside the test file. */
 export const matchers = {
   async toMatchOvercoatGolden(picture, name, options = {}) {
     const beside = this.testPath ? join(dirname(this.testPath), "goldens") : "goldens";
     const update = this.snapshotState?._updateSnapshot === "all" || process.env.UPDATE_GOLDENS === "1";
     if (this.isNot) throw new OvercoatError("toMatchOvercoatGolden cannot be negated", "options");
-    try {
-      await checkGolden(picture, name, { folder: beside, update, ...options });
-      return { pass: true, message: () => `${name} is as expected` };
-    } catch (error) {
-      if (error.code !== "golden") throw error;
-      return { pass: false, message: () => error.message };
-    }
+    return resultOf(() => checkGolden(picture, name, { folder: beside, update, ...options }), `${name} is as expected`);
+  },
+
+  async toMatchOvercoat(picture, expected, options = {}) {
+    return resultOf(() => checkMatch(picture, expected, options), "the pictures agree, which was not expected");
   },
 };

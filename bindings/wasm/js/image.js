@@ -7,13 +7,14 @@ const TYPES = { "image/png": "png", "image/jpeg": "jpg", "image/webp": "webp" };
 export class RenderedImage {
   #host;
 
-  constructor(host, { width, height, pixels, hash, warnings, linear, aovs }) {
+  constructor(host, { width, height, pixels, hash, warnings, camera, linear, aovs }) {
     this.#host = host;
     this.width = width;
     this.height = height;
     this.pixels = pixels;
     this.hash = hash;
     this.warnings = warnings;
+    this.camera = camera;
     this.linear = linear;
     this.aovs = aovs;
   }

@@ -9,6 +9,7 @@ export { OvercoatError } from "./error.js";
 export { RenderedImage } from "./image.js";
 export { Model } from "./model.js";
 export { Scene } from "./scene.js";
+export { ThreeScene, fromThree, threeCamera } from "./three.js";
 export { bestBuild } from "./wasm.js";
 export * from "./names.js";
 

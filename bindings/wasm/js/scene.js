@@ -1,5 +1,5 @@
 // A scene that is kept: models, meshes, materials, instances and lights come and go, and what is in it has handles.
-import { matrix, meshArrays } from "./arrays.js";
+import { isPicture, matrix, meshArrays, pictureBytes } from "./arrays.js";
 import { OvercoatError, what } from "./error.js";
 import { Handle, MaterialHandle, ModelHandle, checked } from "./handles.js";
 import { hostFor } from "./hosts.js";
@@ -169,8 +169,28 @@ export class Scene {
     }
     // What is laid over another needs it, and whether a file is, the library knows.
     const isWhole = typeof source !== "string" && source?.over !== true;
-    const json = typeof source === "string" ? JSON.stringify(source) : describe(source);
-    return { json, files: this.#files(files), isWhole };
+    const pictures = [];
+    const json = typeof source === "string" ? JSON.stringify(source) : describe(this.#named(source, pictures));
+    const all = this.#files(files).then(([names, contents]) => {
+      return [[...names, ...pictures.map(([name]) => name)], [...contents, ...pictures.map(([, content]) => content)]];
+    });
+    return { json, files: all, isWhole };
+  }
+
+  /** The keys of a material with names in place of pictures of numbers. */
+  #named(source, pictures) {
+    if (source === null) return null;
+    const name = (key, picture) => {
+      // No file has such a name.
+      pictures.push([`array/${pictures.length}`, pictureBytes(key, picture, this.#limits)]);
+      return pictures.at(-1)[0];
+    };
+    const of = ([key, value]) => {
+      if (!key.endsWith("_texture")) return [key, value];
+      if (isPicture(value)) return [key, name(key, value)];
+      return [key, isPicture(value?.file) ? { ...value, file: name(key, value.file) } : value];
+    };
+    return Object.fromEntries(Object.entries(source).map(of));
   }
 
   /** Names and contents. */

@@ -4,8 +4,8 @@
 use crate::about_options;
 use overcoat::Limits;
 use overcoat::jobs::Jobs;
-use overcoat::load::add_smooth_normals;
-use overcoat::scene::{Mesh, MeshData, Transform};
+use overcoat::load::{add_smooth_normals, add_tangents};
+use overcoat::scene::{Mesh, MeshData, PrimitiveKind, Transform};
 use wasm_bindgen::JsValue;
 
 /// A transform of sixteen numbers, column by column; of none, that which changes nothing.
@@ -46,22 +46,35 @@ pub(crate) struct MeshArrays {
 }
 
 impl MeshArrays {
+    /// Primitives of N vertices each; without indices those that follow each other.
+    fn primitives<const N: usize>(&self, vertices: usize, what: &str) -> Result<Vec<[u32; N]>, JsValue> {
+        if let Some(indices) = &self.indices {
+            return rows("indices", indices);
+        }
+        let numbers: Vec<u32> = (0..).take(vertices).collect();
+        let (all, rest) = numbers.as_chunks::<N>();
+        if !rest.is_empty() {
+            return Err(about_options(format!(
+                "positions: without indices each {what}, and there are {vertices}"
+            )));
+        }
+        Ok(all.to_vec())
+    }
+
     /// A mesh of them, see `World::add_mesh`.
-    pub(crate) fn mesh(self, crease_deg: f32, limits: &Limits) -> Result<Mesh, JsValue> {
-        let positions = rows("positions", &self.positions)?;
-        let triangles = match self.indices {
-            Some(indices) => rows("indices", &indices)?,
-            None => {
-                let numbers: Vec<u32> = (0..).take(positions.len()).collect();
-                let (triangles, rest) = numbers.as_chunks::<3>();
-                if !rest.is_empty() {
-                    let found = positions.len();
-                    return Err(about_options(format!(
-                        "positions: without indices each three vertices are a triangle, and there are {found}"
-                    )));
-                }
-                triangles.to_vec()
+    pub(crate) fn mesh(self, kind: &str, crease_deg: f32, limits: &Limits) -> Result<Mesh, JsValue> {
+        let positions: Vec<[f32; 3]> = rows("positions", &self.positions)?;
+        let count = positions.len();
+        let (kind, triangles) = match kind {
+            "lines" => {
+                let pairs = self.primitives::<2>(count, "two vertices are a line")?;
+                (PrimitiveKind::Lines, pairs.into_iter().map(|[from, to]| [from, to, to]).collect())
             }
+            "points" => {
+                let all = self.primitives::<1>(count, "vertex is a point")?;
+                (PrimitiveKind::Points, all.into_iter().map(|[point]| [point; 3]).collect())
+            }
+            _ => (PrimitiveKind::Triangles, self.primitives::<3>(count, "three vertices are a triangle")?),
         };
         let checked = |count: usize, limit: u64, name: &'static str| {
             Limits::check(|| "mesh".to_owned(), count as u64, limit, name).map_err(about_options)
@@ -74,14 +87,19 @@ impl MeshArrays {
         data.uvs[0] = rows("uvs", &self.uvs.unwrap_or_default())?;
         data.colors = rows("colors", &self.colors.unwrap_or_default())?;
         data.triangles = triangles;
+        data.kind = kind;
         let wrong = |error| about_options(format!("mesh: {error}"));
-        let is_smooth = crease_deg > 0.0 && data.normals.is_empty();
+        let is_smooth = crease_deg > 0.0 && data.normals.is_empty() && kind == PrimitiveKind::Triangles;
         // Checked before anything is made of it.
         let checked = Mesh::new(data.clone()).map_err(wrong)?;
-        if !is_smooth {
-            return Ok(checked);
+        if is_smooth {
+            add_smooth_normals(&mut data, crease_deg, &Jobs::new(1));
         }
-        add_smooth_normals(&mut data, crease_deg, &Jobs::new(1));
-        Mesh::new(data).map_err(wrong)
+        // For maps of normals.
+        let has_tangents = !data.normals.is_empty() && !data.uvs[0].is_empty();
+        if has_tangents {
+            add_tangents(&mut data, 0);
+        }
+        if is_smooth || has_tangents { Mesh::new(data).map_err(wrong) } else { Ok(checked) }
     }
 }

@@ -43,10 +43,10 @@ impl Model {
     pub fn set_file(&mut self, name: String, content: Vec<u8>) {
         // Whether it is the one that was read, and what was loaded with it: read again, it is right either way.
         self.environment = None;
-        if self.loaded.is_some() && self.files.0.files.contains_key(&name) {
+        if self.loaded.is_some() && self.files.resolver.files.contains_key(&name) {
             self.loaded = None;
         }
-        self.files.0.files.insert(name, content);
+        self.files.resolver.files.insert(name, content);
     }
 
     /// Reads the model as a description (JSON) says, and tells what it is: a JSON object with its size, the middle of it, and
@@ -90,8 +90,9 @@ impl Model {
         let display = description.display_of(&scene, &display);
         let options = options.with_aovs(planes);
         let rendered = self.renderer.render(&scene, &camera, &options)?;
-        warnings.extend(rendered.stats.reduced_light.map(|light| Warning::new(light.to_string())));
-        Ok(Picture::new(rendered.frame, &display, warnings))
+        let light = rendered.stats.reduced_light.as_ref();
+        warnings.extend(light.map(|light| Warning::new(light.to_string())));
+        Ok(Picture::new(rendered, &display, warnings))
     }
 
     /// The model, read again if it is to be read otherwise than the last time.

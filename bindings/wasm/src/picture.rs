@@ -5,6 +5,9 @@ use js_sys::{Float32Array, Uint8ClampedArray, Uint32Array};
 use overcoat::Frame;
 use overcoat::frame::{Aov, DisplayImage, DisplayOptions};
 use overcoat::load::Warning;
+use overcoat::render::Rendered;
+use overcoat::scene::CameraMatrices;
+use serde_json::json;
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -12,15 +15,20 @@ use wasm_bindgen::prelude::wasm_bindgen;
 #[wasm_bindgen]
 pub struct Picture {
     frame: Frame,
+    camera: CameraMatrices,
     image: DisplayImage,
     warnings: Vec<String>,
 }
 
 impl Picture {
-    pub(crate) fn new(frame: Frame, display: &DisplayOptions, warnings: Vec<Warning>) -> Self {
+    pub(crate) fn new(
+        Rendered { frame, camera, .. }: Rendered,
+        display: &DisplayOptions,
+        warnings: Vec<Warning>,
+    ) -> Self {
         let image = DisplayImage::new(&frame, &display.metered(&frame));
         let warnings = warnings.into_iter().map(|warning| warning.message).collect();
-        Self { frame, image, warnings }
+        Self { frame, camera, image, warnings }
     }
 }
 
@@ -38,6 +46,27 @@ impl Picture {
     #[must_use]
     pub fn height(&self) -> u32 {
         self.image.height
+    }
+
+    /// The camera that it was taken with, in the coordinates of the file: a JSON object with `kind`, the matrix `K` and the poses
+    /// `world_to_camera` (OpenCV) and `camera_to_world` (OpenGL) by rows, `near`, and `far`, null without a limit.
+    #[must_use]
+    pub fn camera(&self) -> String {
+        let CameraMatrices { width, height, k, world_to_camera, camera_to_world, near, far, .. } =
+            self.camera;
+        // Digits of single precision, no more.
+        let decimal = |v: f32| v.to_string().parse::<f64>().ok().filter(|v| v.is_finite());
+        json!({
+            "kind": if self.camera.perspective { "perspective" } else { "orthographic" },
+            "width": width,
+            "height": height,
+            "K": k,
+            "world_to_camera": world_to_camera,
+            "camera_to_world": camera_to_world,
+            "near": decimal(near),
+            "far": decimal(far),
+        })
+        .to_string()
     }
 
     /// The hash of the linear frame, as the command prints it.

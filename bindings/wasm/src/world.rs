@@ -131,7 +131,8 @@ impl World {
 
     /// Adds a mesh: three numbers a position, three vertices a triangle, three numbers a normal, two a texture coordinate, four a
     /// colour (linear, straight alpha). Without indices each three vertices are a triangle. Without normals smooth ones are found,
-    /// with edges where faces meet at more than `crease_deg`, if it is above 0.
+    /// with edges where faces meet at more than `crease_deg`, if it is above 0. `kind` is `triangles`, `lines` (two vertices each) or
+    /// `points` (one).
     ///
     /// # Errors
     /// If the arrays do not go together.
@@ -144,9 +145,11 @@ impl World {
         uvs: Option<Vec<f32>>,
         colors: Option<Vec<f32>>,
         crease_deg: f32,
+        kind: &str,
     ) -> Done<u64> {
         self.view = None;
-        let mesh = MeshArrays { positions, indices, normals, uvs, colors }.mesh(crease_deg, &self.limits)?;
+        let arrays = MeshArrays { positions, indices, normals, uvs, colors };
+        let mesh = arrays.mesh(kind, crease_deg, &self.limits)?;
         Ok(self.world.add_mesh(mesh).map_err(of_world)?.to_bits())
     }
 
@@ -164,9 +167,11 @@ impl World {
         uvs: Option<Vec<f32>>,
         colors: Option<Vec<f32>>,
         crease_deg: f32,
+        kind: &str,
     ) -> Done<()> {
         self.view = None;
-        let with = MeshArrays { positions, indices, normals, uvs, colors }.mesh(crease_deg, &self.limits)?;
+        let arrays = MeshArrays { positions, indices, normals, uvs, colors };
+        let with = arrays.mesh(kind, crease_deg, &self.limits)?;
         self.world.set_mesh(MeshHandle::from_bits(mesh), with).map_err(of_world)
     }
 
@@ -178,7 +183,7 @@ impl World {
         self.view = None;
         let files = Files::new(names, contents)?;
         let context = files.context(&self.limits, self.renderer.jobs());
-        let (made, warnings) = made(source, clay(), self.world.scene(), &context)?;
+        let (made, warnings) = made(source, clay(), self.world.scene(), (&context, &files.pictures))?;
         let handle = self.world.add_textured_material(made).map_err(of_world)?;
         self.warnings.insert(About::Material(handle), warnings);
         Ok(handle.to_bits())
@@ -200,7 +205,7 @@ impl World {
         let over = self.world.material(handle).map_err(of_world)?.clone();
         let files = Files::new(names, contents)?;
         let context = files.context(&self.limits, self.renderer.jobs());
-        let (made, warnings) = made(source, over, self.world.scene(), &context)?;
+        let (made, warnings) = made(source, over, self.world.scene(), (&context, &files.pictures))?;
         self.world.set_textured_material(handle, made).map_err(of_world)?;
         self.warnings.insert(About::Material(handle), warnings);
         Ok(())
@@ -359,8 +364,9 @@ impl World {
         let options = options.with_aovs(planes);
         let rendered = self.renderer.render(self.world.scene(), &camera, &options).map_err(sentence)?;
         let warnings = description.warnings.iter().chain(self.warnings.values().flatten()).cloned();
-        let light = rendered.stats.reduced_light.map(|light| Warning::new(light.to_string()));
-        Ok(Picture::new(rendered.frame, &display, warnings.chain(light).collect()))
+        let light = rendered.stats.reduced_light.as_ref().map(|light| Warning::new(light.to_string()));
+        let warnings = warnings.chain(light).collect();
+        Ok(Picture::new(rendered, &display, warnings))
     }
 
     /// The surface in a pixel of the picture that [`World::render`] draws: a JSON object with its instance, model and material as

@@ -3,7 +3,7 @@
 use crate::{about_options, of_description};
 use overcoat::Scene;
 use overcoat::description::{Description, Materials};
-use overcoat::load::{Context, MaterialFile, Warning};
+use overcoat::load::{Context, GivenPictures, MaterialFile, Warning};
 use overcoat::scene::{Material, Workflow};
 use overcoat::world::TexturedMaterial;
 use serde_json::{Value, json};
@@ -18,12 +18,13 @@ pub(crate) fn clay() -> Material {
     })
 }
 
-/// The material of `source` (JSON: a name, the keys of a material file, or null), which may read textures of a scene.
+/// The material of `source` (JSON: a name, the keys of a material file, or null), which may read textures of a scene, from
+/// files and pictures.
 pub(crate) fn made(
     source: &str,
     over: Material,
     of: &Scene,
-    context: &Context<'_>,
+    from: (&Context<'_>, &GivenPictures),
 ) -> Result<(TexturedMaterial, Vec<Warning>), JsValue> {
     let source: Value = serde_json::from_str(source).map_err(|error| wrong(&error))?;
     let over = if source.is_null() { clay() } else { over };
@@ -33,7 +34,7 @@ pub(crate) fn made(
         over,
         |error| wrong(&error),
         |scene| {
-            warnings = lay(source, scene, context)?;
+            warnings = lay(source, scene, from)?;
             Ok(())
         },
     )?;
@@ -45,18 +46,17 @@ fn wrong(error: &dyn std::fmt::Display) -> JsValue {
 }
 
 /// Lays what a source names over the material of a scene.
-fn lay(source: Value, scene: &mut Scene, context: &Context<'_>) -> Result<Vec<Warning>, JsValue> {
+fn lay(
+    source: Value,
+    scene: &mut Scene,
+    (context, pictures): (&Context<'_>, &GivenPictures),
+) -> Result<Vec<Warning>, JsValue> {
     let mut warnings = Vec::new();
     match source {
         Value::Null => {}
         Value::Object(_) => {
-            let table: toml::Table = serde_json::from_value(source).map_err(|error| wrong(&error))?;
-            let text = toml::to_string(&table).map_err(|error| wrong(&error))?;
-            let file = MaterialFile::from_bytes(text.as_bytes(), context).map_err(|mut error| {
-                // Lines are those of a text that nobody has seen.
-                error.line = None;
-                wrong(&error)
-            })?;
+            let file = MaterialFile::from_text(&source.to_string(), pictures, context);
+            let file = file.map_err(|error| wrong(&error))?;
             file.assign(scene, None, context.limits).map_err(|error| wrong(&error))?;
         }
         name => {

@@ -38,6 +38,7 @@ const SAYS = {
   "options.js": /^true true \[\]\n$/,
   "turn.js": /\nfront [0-9a-f]{32}\nleft [0-9a-f]{32}\nback [0-9a-f]{32}\nright [0-9a-f]{32}\n$/,
   "scene.js": /^true true 0 6\.08\nnull\nthe instance is not there: it has been removed\ntrue\n$/,
+  "arrays.js": /^true true\n$/,
   "files.js": /^true true 65536\n$/,
   "errors.js": /^options sise: there is no such key; did you mean 'size'\?\ninput .*\nTimeoutError\n$/,
 };

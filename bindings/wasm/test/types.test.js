@@ -15,7 +15,7 @@ test("types and names are those of the schema", () => {
 });
 
 test("everything that is exported has a type, and nothing else has", () => {
-  const typed = ["index", "names", "scene"].flatMap((name) => {
+  const typed = ["index", "names", "scene", "three"].flatMap((name) => {
     const text = readFileSync(join(here, `types/${name}.d.ts`), "utf8");
     return [...text.matchAll(/^export declare (?:class|function|const) (\w+)/gm)].map(([, exported]) => exported);
   });
@@ -30,9 +30,9 @@ test("a program with types compiles, one with mistakes does not", { timeout: 120
   symlinkSync(join(here, "node_modules/vitest"), join(folder, "node_modules/vitest"));
   writeFileSync(join(folder, "package.json"), '{ "type": "module" }');
   const good = `
-    import { Scene, createRenderer, load, render, OvercoatError, type Handle, type Hit, type RenderedImage } from "overcoat";
+    import { Scene, createRenderer, fromThree, load, render, OvercoatError, type Handle, type Hit, type RenderedImage } from "overcoat";
     import "overcoat/element";
-    import { checkGolden } from "overcoat/golden";
+    import { checkGolden, checkMatch } from "overcoat/golden";
     const bytes = new Uint8Array(3);
     const image: RenderedImage = await render(bytes, { size: 512, quality: "good", shading: "stacklit", camera: { eye: [1, 2, 3] }, env: bytes });
     const data: ImageData = image.toImageData();
@@ -55,10 +55,16 @@ test("a program with types compiles, one with mistakes does not", { timeout: 120
     console.log(picture.hash, car.duration);
     document.createElement("overcoat-image").redraw();
     await checkGolden(image, "name", { folder: "x" });
+    const live = await fromThree({ isObject3D: true }, { isObject3D: true, isCamera: true }, { size: 64, renderer: { toneMapping: 4, toneMappingExposure: 1 } });
+    const shot: RenderedImage = await live.render({ size: [4, 3] });
+    await checkMatch(shot, live, { thresholds: { max_abs: 3 } });
+    await scene.addMaterial({ base_color_texture: { data: new Float32Array(12), width: 2, height: 2 } });
+    await scene.addMesh({ positions: [0, 0, 0, 1, 0, 0], kind: "lines" });
+    console.log(shot.camera.K[0][0], shot.camera.far ?? 0, live.warnings);
     try { throw new Error(); } catch (e) { if (e instanceof OvercoatError) console.log(e.code === "crash", data, png); }
   `;
   writeFileSync(join(folder, "good.ts"), good);
-  const bad = ['render(bytes, { sise: 1 })', 'render("a.glb")', 'render(bytes, { quality: "ultra" })', 'render(bytes, { camera: { eye: [1, 2] } })', 'render(bytes, { shading: "phong" })', 'new Scene().addInstance(await new Scene().addMaterial(), await new Scene().addMaterial())', 'new Scene().render({ env: "none" })', 'new Scene().addMesh({ indices: [0, 1, 2] })', 'new Scene().addLight({ type: "sun" })'];
+  const bad = ['render(bytes, { sise: 1 })', 'render("a.glb")', 'render(bytes, { quality: "ultra" })', 'render(bytes, { camera: { eye: [1, 2] } })', 'render(bytes, { shading: "phong" })', 'new Scene().addInstance(await new Scene().addMaterial(), await new Scene().addMaterial())', 'new Scene().render({ env: "none" })', 'new Scene().addMesh({ indices: [0, 1, 2] })', 'new Scene().addMesh({ positions: [], kind: "strips" })', 'new Scene().addLight({ type: "sun" })'];
   writeFileSync(join(folder, "bad.ts"), `import { Scene, render } from "overcoat";\nconst bytes = new Uint8Array(3);\n${bad.map((line) => `await ${line};\n`).join("")}`);
   const tsc = (file) =>
     spawnSync(process.execPath, [join(here, "node_modules/typescript/bin/tsc"), "--noEmit", "--strict", "--target", "es2023", "--module", "nodenext", "--lib", "es2023,dom,esnext.disposable", "--types", "", file], { cwd: folder, encoding: "utf8" });

@@ -4,6 +4,7 @@ import type { Scene, SceneOptions } from "./scene.js";
 export type { Description } from "./description.js";
 export * from "./names.js";
 export * from "./scene.js";
+export * from "./three.js";
 
 /** The bytes of a file. They are copied; whoever gives them keeps them. */
 export type Bytes = Uint8Array | ArrayBuffer | ArrayBufferView | Blob;
@@ -52,6 +53,26 @@ export interface LoadOptions extends RenderOptions {
   worker?: boolean;
 }
 
+/** A camera as programs that compute with it need it. Matrices are rows of numbers; coordinates are those of the model's file. */
+export interface CameraMatrices {
+  kind: "perspective" | "orthographic";
+  /** Size of the picture in pixels. */
+  width: number;
+  height: number;
+  /**
+   * fx, 0, cx; 0, fy, cy; 0, 0, 1 in pixels: a point (x right, y down, z forward) is seen at fx x / z + cx, fy y / z + cy, where the first
+   * pixel's centre is at 0.5; of a parallel projection without "/ z".
+   */
+  K: [[number, number, number], [number, number, number], [number, number, number]];
+  /** The pose in the convention of OpenCV: x right, y down, z forward. */
+  world_to_camera: number[][];
+  /** The pose in the convention of OpenGL and three.js: x right, y up, z backward. */
+  camera_to_world: number[][];
+  /** In metres; `far` is null without a limit. */
+  near: number;
+  far: number | null;
+}
+
 /** A picture. */
 export declare class RenderedImage {
   private constructor();
@@ -65,6 +86,8 @@ export declare class RenderedImage {
   readonly hash: string;
   /** What the model asks for and the picture does not show; what is doubtful about the options. */
   readonly warnings: string[];
+  /** The camera that it was taken with. */
+  readonly camera: CameraMatrices;
   /** RGBA, linear Rec. 709, premultiplied by alpha, row by row from the top; if `linear` was asked for. */
   readonly linear?: Float32Array;
   /** The planes that were asked for, by name: as many numbers a pixel as the plane has channels; identities are whole numbers. */

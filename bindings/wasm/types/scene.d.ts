@@ -36,7 +36,9 @@ export type Matrix = ArrayLike<number> | { toFloat64Array(): Float64Array } | { 
 export interface MeshArrays {
   /** x, y and z of each vertex, in metres; +Y is up. */
   positions: ArrayLike<number>;
-  /** Three vertices of each triangle, counter-clockwise seen from the front. If absent, each three vertices are a triangle. */
+  /** "triangles" if absent; "lines", two vertices each, as wide as `line_width`; "points", one each, as large as `point_size`. */
+  kind?: "triangles" | "lines" | "points";
+  /** Three vertices of each triangle, counter-clockwise seen from the front, or as `kind` says. If absent, those that follow each other. */
   indices?: ArrayLike<number>;
   /** x, y and z of each vertex's normal, of any length. If absent, faces are flat, or smooth by `crease_deg`. */
   normals?: ArrayLike<number>;
@@ -48,7 +50,20 @@ export interface MeshArrays {
   crease_deg?: number;
 }
 
-/** A material: the name of a built-in one or of one of `files` (.toml), the keys of a material file, or null for clay. */
+/**
+ * A picture of numbers as a texture, row 0 on top, with 1, 3 or 4 numbers a pixel: bytes, or floats from 0 to 1, that mean what they do in
+ * files: sRGB in textures of colours, linear in others.
+ */
+export interface Picture {
+  data: Uint8Array | Uint8ClampedArray | Float32Array;
+  width: number;
+  height: number;
+}
+
+/**
+ * A material: the name of a built-in one or of one of `files` (.toml), the keys of a material file, or null for clay. Textures are names
+ * of `files` or pictures of numbers (an `ImageData`), alone or as `file` of an object with `wrap`, `scale` and others.
+ */
 export type MaterialSource = string | Record<string, unknown> | null;
 
 /** Files that are referred to, by name. */

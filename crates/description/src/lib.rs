@@ -70,7 +70,7 @@ pub use error::DescriptionError;
 pub use input::is_standard_stream;
 pub use input::{is_standard_input, read_standard_input};
 pub use kind::{background, ground_name, one_of, position, seconds, size};
-pub use light::LightDescription;
+pub use light::{LightDescription, cone_cosine};
 pub use materials::builtin;
 pub use materials::{MaterialChoice, MaterialSource, Materials};
 pub use name::file_name;

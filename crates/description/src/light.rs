@@ -240,6 +240,18 @@ impl Given {
     }
 }
 
+/// Cosine of a spot's half angle in degrees.
+///
+/// # Errors
+/// A sentence, of an angle that is not 0 to 90.
+pub fn cone_cosine(degrees: f32) -> Result<f32, String> {
+    if (0.0..=90.0).contains(&degrees) {
+        Ok(overcoat_core::math::scalar::cos(degrees.to_radians()))
+    } else {
+        Err(format!("a cone of {degrees} degrees is not 0 to 90"))
+    }
+}
+
 impl LightDescription {
     /// As a table of a scene file.
     pub(super) fn write(&self) -> Result<Option<serde_json::Value>, String> {
@@ -385,15 +397,8 @@ impl LightDescription {
             } => {
                 let (position, target) = (near(position), near(target));
                 let direction = unit(difference(target, position)).ok_or("its target is where it is")?;
-                let cosine = |degrees: f32| {
-                    if (0.0..=90.0).contains(&degrees) {
-                        Ok(overcoat_core::math::scalar::cos(degrees.to_radians()))
-                    } else {
-                        Err(format!("a cone of {degrees} degrees is not 0 to 90"))
-                    }
-                };
-                let inner_cone_cosine = cosine(inner_cone_deg.unwrap_or(0.0))?;
-                let outer_cone_cosine = cosine(outer_cone_deg.unwrap_or(45.0))?;
+                let inner_cone_cosine = cone_cosine(inner_cone_deg.unwrap_or(0.0))?;
+                let outer_cone_cosine = cone_cosine(outer_cone_deg.unwrap_or(45.0))?;
                 if outer_cone_cosine > inner_cone_cosine {
                     return Err("its inner cone is wider than its outer cone".to_owned());
                 }

@@ -122,8 +122,8 @@ pub use input::resolver_beside;
 pub use input::{has_folder, read_input};
 #[cfg(feature = "material-files")]
 pub use material::{
-    AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
-    material_keys,
+    AssignError, BuiltinMaterial, GivenPictures, MaterialError, MaterialErrorReason, MaterialFile,
+    MaterialKey, MaterialValueKind, material_keys,
 };
 pub use normals::add_smooth_normals;
 pub use options::{AnimationChoice, LoadOptions, TextureLoading};

@@ -12,7 +12,7 @@ bytes on every machine.
 from __future__ import annotations
 
 from . import golden
-from ._arrays import Mesh
+from ._arrays import Mesh, Splats
 from ._camera import CameraMatrices
 from ._errors import (
     Cancelled,
@@ -70,6 +70,7 @@ __all__ = [
     "RenderError",
     "Renderer",
     "Scene",
+    "Splats",
     "UnknownOptionError",
     "ViewOptions",
     "Viewport",

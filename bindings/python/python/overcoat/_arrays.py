@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
 
 from . import _overcoat
 from ._errors import MeshError
+from ._kept import texels_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,12 +41,16 @@ class Mesh:
 
     Attributes:
         vertices: (N, 3), positions in metres, +Y up.
-        faces: (M, 3) whole numbers, three vertices each, counter-clockwise seen from the front; `None`: the vertices are points.
+        faces: (M, 3) whole numbers, three vertices each, counter-clockwise seen from the front; `None`: the vertices are points, or
+            joined by `lines`.
         normals: (N, 3), of any length. `None`: smooth ones are found, with edges where faces meet at more than `crease_deg`.
         uv: (N, 2), texture coordinates; (0, 0) is the upper left corner of the first texel of the first row, as in glTF.
         colors: (N, 3) or (N, 4), one colour a vertex. Whole numbers are sRGB, 0 to 255; floating point numbers are linear, 0 to 1.
-        material: Name of a built-in material, path of a material file, or a dict of a material file's keys; `None`: clay.
-        texture: (H, W, 3) or (H, W, 4) bytes, sRGB, row 0 on top: the base colour by `uv`.
+        material: Name of a built-in material, path of a material file, or a dict of a material file's keys, such as
+            `{"coat": 1, "coat_color": [1, 0.3, 0.1], "normal_texture": array}`; `None`: clay. Textures may be arrays (H, W), (H, W, 3) or
+            (H, W, 4), row 0 on top, or images of Pillow, alone or as `file` of a dict with `wrap`, `scale` and others: bytes, or
+            floating point numbers from 0 to 1, that mean what they do in files: sRGB in textures of colours, linear in others.
+        texture: Such an array: the base colour by `uv`.
         transform: (4, 4), object to world; columns are multiplied.
         name: Of its material, for `materials=`.
         crease_deg: 0 to 180; 0 makes every face flat.
@@ -61,6 +66,8 @@ class Mesh:
     transform: Any = None
     name: str = "mesh"
     crease_deg: float = 40.0
+    #: (M, 2) whole numbers, two vertices each, in place of faces; as wide as the option `line_width` says, in pixels.
+    lines: Any = None
 
     def add_to(self, builder: _overcoat.SceneBuilder, object_number: int, name: str) -> None:
         """Puts it into a scene that is being built."""
@@ -68,13 +75,13 @@ class Mesh:
         material = dict(WHITE_CLAY if colors is not None or self.texture is not None else CLAY)
         material["name"] = name
         if self.texture is not None:
-            material["base_color_texture"] = {"image": builder.add_image(texels("texture", self.texture))}
+            material["base_color_texture"] = {"image": builder.add_image(texels_of("texture", self.texture))}
         if colors is not None and (colors[:, 3] < 1).any():
             material["alpha_mode"] = "blend"
         if self.material is None:
             # The material of a file may have a normal map or a grain.
             tangents = None
-        mesh = builder.add_mesh(vertices, indexed, normals, uv, colors, kind, crease, tangents)
+        mesh = builder.add_mesh(_overcoat.Geometry(vertices, indexed, normals, uv, colors, kind, crease, tangents))
         placed = identity() if self.transform is None else matrix("transform", self.transform)
         builder.add_instance(mesh, builder.add_material(json.dumps(material)), placed, object_number)
         builder.name_object(object_number, name)
@@ -82,37 +89,100 @@ class Mesh:
     def arrays(self) -> MeshArrays:
         """Its arrays as the native half takes them: of the right types, each in one piece, with tangents if there is `uv`."""
         vertices = floats("vertices", self.vertices, (3,))
-        is_points = self.faces is None
+        if self.faces is not None and self.lines is not None:
+            raise MeshError("lines: the mesh has faces; make it two meshes")
+        if self.faces is not None:
+            kind, indexed = "triangles", indices("faces", self.faces, 3)
+        elif self.lines is not None:
+            kind, indexed = "lines", segments(indices("lines", self.lines, 2))
+        else:
+            kind, indexed = "points", points(len(vertices))
         colors = None if self.colors is None else linear_colors("colors", self.colors)
         normals = None if self.normals is None else floats("normals", self.normals, (3,))
         uv = None if self.uv is None else floats("uv", self.uv, (2,))
         return (
             vertices,
-            points(len(vertices)) if is_points else indices("faces", self.faces, 3),
+            indexed,
             normals,
             uv,
             colors,
-            "points" if is_points else "triangles",
-            self.crease_deg if not is_points else None,
-            0 if uv is not None else None,
+            kind,
+            self.crease_deg if kind == "triangles" else None,
+            0 if uv is not None and kind == "triangles" else None,
         )
 
 
-def model_of(meshes: Sequence[Mesh], up: Optional[str]) -> _overcoat.Model:
-    """A model of meshes."""
+@dataclass
+class Splats:
+    """Gaussian splats of arrays (3D Gaussian Splatting, Kerbl et al. 2023), as trainers have them after their activations.
+
+    Attributes:
+        means: (N, 3), centres in metres, +Y up.
+        scales: (N, 3), standard deviations along the axes of each in metres, at least 0.
+        rotations: (N, 4), quaternions x, y, z, w of any length above 0, from the axes of each to the object.
+        opacities: (N,), 0 to 1.
+        colors: (N, 3), as a screen shows them: sRGB from 0 to 1, without the part that depends on the view: 0.5 + 0.28209479 times the
+            coefficient of degree 0.
+        harmonics: (N, K, 3) with K = 3, 8 or 15: coefficients of degree 1, 2 and 3 of each colour; `None`: the same from all sides.
+        transform: (4, 4), object to world; columns are multiplied.
+        name: For `Image.ids`.
+    """
+
+    means: Any
+    scales: Any
+    rotations: Any
+    opacities: Any
+    colors: Any
+    harmonics: Any = None
+    transform: Any = None
+    name: str = "splats"
+
+    def add_to(self, builder: _overcoat.SceneBuilder, object_number: int, name: str) -> None:
+        """Puts them into a scene that is being built."""
+        import numpy as np
+
+        means = floats("means", self.means, (3,))
+        opacities = array("opacities", self.opacities)
+        if opacities.shape not in ((len(means),), (len(means), 1)):
+            raise MeshError(f"opacities: expected shape ({len(means)},), found {opacities.shape}")
+        harmonics = np.zeros((len(means), 0), dtype=np.float32)
+        if self.harmonics is not None:
+            given = array("harmonics", self.harmonics)
+            if given.ndim != 3 or given.shape[2] != 3:
+                raise MeshError(f"harmonics: expected shape (N, K, 3), found {given.shape}")
+            harmonics = floats("harmonics", given.reshape(len(given), -1), (3 * given.shape[1],))
+        builder.add_splats(
+            means,
+            floats("scales", self.scales, (3,)),
+            floats("rotations", self.rotations, (4,)),
+            floats("opacities", opacities.reshape(-1, 1), (1,)),
+            floats("colors", self.colors, (3,)),
+            harmonics,
+            identity() if self.transform is None else matrix("transform", self.transform),
+            object_number,
+        )
+        builder.name_object(object_number, name)
+
+
+def model_of(
+    meshes: Sequence[Union[Mesh, Splats]], up: Optional[str], warnings: Sequence[str] = ()
+) -> _overcoat.Model:
+    """A model of meshes and splats."""
     builder = _overcoat.SceneBuilder()
+    for warning in warnings:
+        builder.warn(warning)
     for number, (mesh, name) in enumerate(zip(meshes, _names(meshes))):
         mesh.add_to(builder, number, name)
     return builder.finish(up)
 
 
-def materials_of(meshes: Sequence[Mesh]) -> dict[str, Any]:
+def materials_of(meshes: Sequence[Union[Mesh, Splats]]) -> dict[str, Any]:
     """The option `materials` for what meshes name as their material."""
-    named = zip(_names(meshes), meshes)
+    named = ((name, mesh) for name, mesh in zip(_names(meshes), meshes) if isinstance(mesh, Mesh))
     return {name: mesh.material for name, mesh in named if mesh.material is not None}
 
 
-def _names(meshes: Sequence[Mesh]) -> list[str]:
+def _names(meshes: Sequence[Union[Mesh, Splats]]) -> list[str]:
     """Names of their materials: the second of a name is `name-2`."""
     names: list[str] = []
     for mesh in meshes:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     Matrix = Union[Sequence[Sequence[float]], Sequence[float], npt.NDArray[Any]]
     Path = Union[str, "os.PathLike[str]"]
 
+Aov = Literal["depth", "position", "normal", "camera-normal", "coat-normal", "tangent", "base-color", "roughness", "metallic", "specular-color", "occlusion", "emissive", "coat", "coat-thickness", "coat-color", "sheen-color", "sheen-roughness", "anisotropy", "iridescence", "second-lobe", "subsurface", "specular-occlusion", "bent-normal", "material-id", "object-id", "instance-id", "uv", "coverage", "visibility", "shadow", "ground"]
 AovSample = Literal["center", "nearest"]
 AreaLights = Literal["ltc", "facets"]
 Edges = Literal["none", "creases", "boundary"]
@@ -148,7 +149,7 @@ class PictureOptions(ViewOptions, total=False):
     """Seconds in the animation; beyond its end it stays as it is there [default: 0]."""
     up: Up
     """Axis of the model file that is up; the model is turned upright, with its lights and cameras [default: that of the file or of its format; of formats that leave it to custom the one of +y and +z on which the model stands]."""
-    aov: Union[str, Sequence[str]]
+    aov: Union[Aov, Sequence[Aov]]
     """Planes of the G-buffer to draw as well."""
     format: str
     """Format of a model in memory, where its content does not tell."""

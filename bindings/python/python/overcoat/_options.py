@@ -15,6 +15,9 @@ from ._errors import OptionError, UnknownOptionError
 if TYPE_CHECKING:
     from ._option_types import Path
 
+    #: The material's name or `None` for all, a dict as JSON, pictures of arrays.
+    GivenMaterial = Tuple[Optional[str], str, list[Tuple[str, _overcoat.Texels]]]
+
 
 #: What says how a model is loaded.
 LOADING = ("up", "animation", "time", "loop")
@@ -90,7 +93,7 @@ def request(options: Mapping[str, Any], what: str = "render()") -> Dict[str, Any
     check_names(options, descriptions(), what)
     description: Dict[str, Any] = {}
     environment = None
-    materials: list[Tuple[Optional[str], str]] = []
+    materials: list[GivenMaterial] = []
     aov: list[str] = []
     orbit: Optional[_overcoat.Orbit] = None
     for name, value in options.items():
@@ -106,11 +109,11 @@ def request(options: Mapping[str, Any], what: str = "render()") -> Dict[str, Any
                 continue
             value = _camera(value)
         elif name == "material" and isinstance(value, Mapping):
-            materials.append((None, _material(value)))
+            materials.append((None, *_material(value)))
             continue
         elif name == "materials" and isinstance(value, Mapping):
             inline = {key: of for key, of in value.items() if isinstance(of, Mapping)}
-            materials.extend((key, _material(of)) for key, of in inline.items())
+            materials.extend((key, *_material(of)) for key, of in inline.items())
             value = {key: of for key, of in value.items() if key not in inline}
         description[name] = plain(name, value)
     planes = options.get("aov")
@@ -179,8 +182,31 @@ def _camera(value: Any) -> Any:
     return value
 
 
-def _material(value: Mapping[str, Any]) -> str:
-    return _json({str(key): plain(f"material.{key}", of) for key, of in value.items() if of is not None})
+def _material(value: Mapping[str, Any]) -> Tuple[str, list[Tuple[str, _overcoat.Texels]]]:
+    """A dict of a material file's keys as JSON, and the pictures of its arrays by the names that stand for them there."""
+    pictures: list[Tuple[str, _overcoat.Texels]] = []
+
+    def named(key: str, of: Any) -> Any:
+        if not key.endswith("_texture"):
+            return of
+        if isinstance(of, Mapping):
+            return {**of, "file": named(key, of["file"])} if "file" in of else of
+        if not _is_picture(of):
+            return of
+        from ._kept import texels_of
+
+        # No file has such a name.
+        name = f"array/{len(pictures)}"
+        pictures.append((name, texels_of(f"material.{key}", of)))
+        return name
+
+    keys = {str(key): of for key, of in value.items() if of is not None}
+    return _json({key: plain(f"material.{key}", named(key, of)) for key, of in keys.items()}), pictures
+
+
+def _is_picture(value: Any) -> bool:
+    """An array, or an image of Pillow; a list of rows of pixels as well."""
+    return hasattr(value, "__array_interface__") or hasattr(value, "__array__") or isinstance(value, (list, tuple))
 
 
 def _environment(value: Any) -> Optional[_overcoat.Environment]:

@@ -204,6 +204,7 @@ if TYPE_CHECKING:
         *,
         vertices: Any = None,
         faces: Any = None,
+        lines: Any = None,
         normals: Any = None,
         uv: Any = None,
         colors: Any = None,
@@ -230,6 +231,7 @@ else:
         *,
         vertices=None,
         faces=None,
+        lines=None,
         normals=None,
         uv=None,
         colors=None,
@@ -239,12 +241,12 @@ else:
     ):
         """Draws one picture. The same input has the same bytes on every machine.
 
-        The interpreter is free meanwhile, for other threads. Ctrl-C is seen when the picture is done.
+        The interpreter is free meanwhile, for other threads. Ctrl-C in the main thread stops the picture: `KeyboardInterrupt`.
 
         Args:
-            source: Path of a model file (glTF, OBJ, STL, PLY, 3MF, FBX, COLLADA and others), its bytes, a file object, a `Model`, a `Mesh` or a list of
-                them, a `Scene`, a scene or geometry of trimesh, or a scene of pyrender. In its place, arrays:
-            vertices, faces, normals, uv, colors, texture: As of `Mesh`.
+            source: Path of a model file (glTF, OBJ, STL, PLY, 3MF, FBX, COLLADA and others), its bytes, a file object, a `Model`, a `Mesh` or `Splats` or a
+                list of them, a `Scene`, a scene or geometry of trimesh, PyVista or Open3D, or a scene of pyrender. In its place, arrays:
+            vertices, faces, lines, normals, uv, colors, texture: As of `Mesh`.
             renderer: Whose threads are used; one that all calls share if `None`.
             options: Keys of scene files, see `help(overcoat.Options)`; among them
                 size: `(width, height)` in pixels, or one number for both. 512 if not given.
@@ -272,12 +274,12 @@ else:
         if vertices is not None:
             if source is not None:
                 raise OptionError("vertices: there is a model already")
-            source = Mesh(vertices, faces, normals, uv, colors, texture=texture)
+            source = Mesh(vertices, faces, normals, uv, colors, texture=texture, lines=lines)
             # Where there are texture coordinates, a material may have a normal map, which asks for tangents.
             if uv is not None:
                 source.material = options.pop("material", None)
         else:
-            arrays = {"faces": faces, "normals": normals, "uv": uv, "colors": colors, "texture": texture}
+            arrays = {"faces": faces, "lines": lines, "normals": normals, "uv": uv, "colors": colors, "texture": texture}
             given = [name for name, value in arrays.items() if value is not None]
             if given:
                 raise OptionError(f"{given[0]}: there are no vertices")

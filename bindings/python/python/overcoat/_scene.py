@@ -303,7 +303,7 @@ class Scene:
         Args:
             vertices: (N, 3), positions in metres; or a `Mesh`, which has no material, texture or transform then.
             faces: (M, 3) whole numbers; `None`: the vertices are points.
-            arrays: `normals`, `uv`, `colors` and `crease_deg` of `Mesh`. Colours multiply that of the material.
+            arrays: `lines`, `normals`, `uv`, `colors` and `crease_deg` of `Mesh`. Colours multiply that of the material.
         """
         return MeshHandle(self, self._world.add_mesh(*_mesh(vertices, faces, arrays).arrays()))
 
@@ -312,7 +312,7 @@ class Scene:
 
         Args:
             source: Name of a built-in material, path of a material file, or a dict of its keys, such as
-                `{"base_color": "#a01020", "roughness": 0.3, "coat": 1}`; `None`: clay.
+                `{"base_color": "#a01020", "roughness": 0.3, "coat": 1}`, with textures that may be arrays, as of `Mesh`; `None`: clay.
             limits: Bounds on what its textures may be, by name.
         """
         asked = request({"material": source, "limits": limits})
@@ -427,7 +427,7 @@ def _mesh(vertices: Any, faces: Any, arrays: Mapping[str, Any]) -> Mesh:
             if getattr(vertices, name) is not None:
                 raise MeshError(f"{name}: a mesh of a scene has none; add_instance() takes materials and transforms, add_model() all")
         return vertices
-    check_names(arrays, ("normals", "uv", "colors", "crease_deg"), "add_mesh()")
+    check_names(arrays, ("lines", "normals", "uv", "colors", "crease_deg"), "add_mesh()")
     return Mesh(vertices, faces, **arrays)
 
 

@@ -6,7 +6,7 @@ import os
 from typing import Any, Dict, Mapping, Optional, Tuple
 
 from . import _overcoat
-from ._arrays import Mesh, materials_of, model_of
+from ._arrays import Mesh, Splats, materials_of, model_of
 from ._errors import MeshError, OptionError
 from ._options import LOADING, _limits, _json, check_names, plain
 
@@ -31,20 +31,26 @@ def load(
     if refused:
         raise OptionError(f"{refused[0]}: only model files have it, not a {type(source).__name__}")
     up = loading.get("up")
-    if isinstance(source, Mesh):
-        return model_of([source], up), {"materials": materials_of([source])}
-    if isinstance(source, (list, tuple)) and source and all(isinstance(mesh, Mesh) for mesh in source):
+    if isinstance(source, (Mesh, Splats)):
+        source = [source]
+    if isinstance(source, (list, tuple)) and source and all(isinstance(mesh, (Mesh, Splats)) for mesh in source):
         return model_of(source, up), {"materials": materials_of(source)}
     if hasattr(source, "mesh_nodes") and hasattr(source, "get_pose"):
         from .compat._pyrender_scene import camera_of, convert
 
         return convert(source).model, camera_of(source)
-    if (hasattr(source, "geometry") and hasattr(source, "graph")) or hasattr(source, "vertices"):
+    is_mesh = hasattr(source, "vertices") and not hasattr(source, "triangle_uvs")
+    if (hasattr(source, "geometry") and hasattr(source, "graph")) or is_mesh:
         from ._trimesh import model_of_trimesh
 
         return model_of_trimesh(source, up)
+    from ._foreign import meshes_of
+
+    foreign = meshes_of(source)
+    if foreign is not None:
+        return model_of(foreign[0], up, foreign[1]), {}
     raise MeshError(
-        f"a model is a path, bytes, a file object, a Mesh or several, a scene or mesh of trimesh, or a scene of pyrender; "
+        f"a model is a path, bytes, a file object, Meshes and Splats, a scene or mesh of trimesh, PyVista or Open3D, or a scene of pyrender; "
         f"not a {type(source).__name__}"
     )
 

@@ -22,9 +22,9 @@ from ._arrays import (
     matrix,
     points,
     segments,
-    texels,
 )
 from ._errors import MeshError
+from ._kept import Kept, texels_of
 
 #: Where faces meet at more than this, there is an edge, for meshes without normals.
 CREASE_DEGREES = 40.0
@@ -63,6 +63,41 @@ def camera_of(scene: Any) -> Dict[str, Any]:
     }
 
 
+#: A mesh and what it is made of, with `Texels` as textures.
+Part = Tuple[_overcoat.Geometry, Dict[str, Any]]
+
+#: Parts of geometries, and what cannot be shown of them, until they change.
+_parts = Kept()
+
+#: Of materials: numbers, names and pictures.
+_ATTRIBUTES = (
+    "baseColorFactor metallicFactor roughnessFactor emissiveFactor alphaMode alphaCutoff doubleSided name baseColorTexture "
+    "metallicRoughnessTexture normalTexture occlusionTexture emissiveTexture diffuse ambient specular glossiness image"
+).split()
+
+
+def _sources(geometry: Any) -> Tuple[Any, ...]:
+    """What a geometry is made of. Of paths it is not known: they are converted again."""
+    if hasattr(geometry, "entities"):
+        return (repr(object()),)
+    if getattr(geometry, "faces", None) is None:
+        return (getattr(geometry, "vertices", None), getattr(geometry, "colors", None))
+    visual: Any = getattr(geometry, "visual", None)
+    kind = getattr(visual, "kind", None)
+    cache = getattr(geometry, "_cache", None)
+    own = (geometry.vertices, geometry.faces, kind, cache is not None and "vertex_normals" in cache)
+    if kind in ("vertex", "face"):
+        return (*own, getattr(visual, f"{kind}_colors"))
+    material: Any = getattr(visual, "material", None)
+    return (*own, getattr(visual, "uv", None), *(_value(getattr(material, name, None)) for name in _ATTRIBUTES))
+
+
+def _value(value: Any) -> Any:
+    """Numbers as a tuple; pictures as they are."""
+    small = hasattr(value, "tolist") and getattr(value, "size", 99) <= 4
+    return tuple(value.reshape(-1).tolist()) if small else tuple(value) if isinstance(value, list) else value
+
+
 class _Converter:
     """Geometries are converted once, and placed as often as they are there."""
 
@@ -71,26 +106,47 @@ class _Converter:
         self._crease = crease_degrees
         self._made: Dict[int, List[Tuple[int, int]]] = {}
         self._kept: List[Any] = []
+        self._images: Dict[int, int] = {}
+        self._warnings: List[str] = []
 
     def add(self, name: str, geometry: Any, placed: Any, number: int) -> None:
         parts = self._made.get(id(geometry))
         if parts is None:
-            parts = self._made[id(geometry)] = self._convert(name, geometry)
+            found, warnings = _parts.get(
+                geometry, (name, self._crease), _sources(geometry), lambda: self._with_warnings(name, geometry)
+            )
+            for warning in warnings:
+                self.builder.warn(warning)
+            parts = self._made[id(geometry)] = [self._added(*part) for part in found]
             self._kept.append(geometry)
         for mesh, material in parts:
             self.builder.add_instance(mesh, material, placed, number)
 
-    def _convert(self, name: str, geometry: Any) -> List[Tuple[int, int]]:
+    def _with_warnings(self, name: str, geometry: Any) -> Tuple[List[Part], List[str]]:
+        self._warnings = []
+        return self._convert(name, geometry), self._warnings
+
+    def _added(self, geometry: _overcoat.Geometry, material: Dict[str, Any]) -> Tuple[int, int]:
+        data = {key: self._image(of) if isinstance(of, _overcoat.Texels) else of for key, of in material.items()}
+        return self.builder.add_mesh(geometry), self.builder.add_material(json.dumps(data))
+
+    def _image(self, texels: _overcoat.Texels) -> Dict[str, int]:
+        if id(texels) not in self._images:
+            self._images[id(texels)] = self.builder.add_image(texels)
+            self._kept.append(texels)
+        return {"image": self._images[id(texels)]}
+
+    def _convert(self, name: str, geometry: Any) -> List[Part]:
         if getattr(geometry, "faces", None) is not None:
             return self._triangles(name, geometry)
         if hasattr(geometry, "entities"):
             return self._paths(name, geometry)
         if hasattr(geometry, "vertices"):
             return self._points(name, geometry)
-        self.builder.warn(f"{name}: a {type(geometry).__name__} is not drawn")
+        self._warnings.append(f"{name}: a {type(geometry).__name__} is not drawn")
         return []
 
-    def _triangles(self, name: str, mesh: Any) -> List[Tuple[int, int]]:
+    def _triangles(self, name: str, mesh: Any) -> List[Part]:
         import numpy as np
 
         vertices = floats(f"{name}: vertices", mesh.vertices, (3,))
@@ -129,7 +185,7 @@ class _Converter:
         material.setdefault("name", name)
         if uv is None:
             material = {key: value for key, value in material.items() if not key.endswith("_texture")}
-        number = self.builder.add_mesh(
+        geometry = _overcoat.Geometry(
             vertices,
             faces,
             None if normals is None else floats(f"{name}: normals", normals, (3,)),
@@ -139,9 +195,9 @@ class _Converter:
             self._crease,
             0 if "normal_texture" in material else None,
         )
-        return [(number, self.builder.add_material(json.dumps(material)))]
+        return [(geometry, material)]
 
-    def _points(self, name: str, cloud: Any) -> List[Tuple[int, int]]:
+    def _points(self, name: str, cloud: Any) -> List[Part]:
         vertices = floats(f"{name}: vertices", cloud.vertices, (3,))
         if len(vertices) == 0:
             return []
@@ -150,10 +206,9 @@ class _Converter:
         if given is not None and len(given) == len(vertices):
             colors = linear_colors(f"{name}: colours", given)
         material = {**(CLAY if colors is None else WHITE_CLAY), "name": name}
-        number = self.builder.add_mesh(vertices, points(len(vertices)), None, None, colors, "points")
-        return [(number, self.builder.add_material(json.dumps(material)))]
+        return [(_overcoat.Geometry(vertices, points(len(vertices)), None, None, colors, "points"), material)]
 
-    def _paths(self, name: str, path: Any) -> List[Tuple[int, int]]:
+    def _paths(self, name: str, path: Any) -> List[Part]:
         import numpy as np
 
         lines = [array(f"{name}: path", entity.discrete(path.vertices)) for entity in path.entities]
@@ -167,8 +222,7 @@ class _Converter:
         )
         vertices = floats(f"{name}: path", np.concatenate(lines), (3,))
         material = {"name": name, "base_color": [0.0, 0.0, 0.0, 1.0], "unlit": True}
-        number = self.builder.add_mesh(vertices, segments(pairs), None, None, None, "lines")
-        return [(number, self.builder.add_material(json.dumps(material)))]
+        return [(_overcoat.Geometry(vertices, segments(pairs), None, None, None, "lines"), material)]
 
     def _material(self, given: Any) -> Dict[str, Any]:
         """What trimesh's exporter would write of a material, and for its simple ones no metal."""
@@ -178,7 +232,7 @@ class _Converter:
         try:
             pbr = given.to_pbr() if simple else given
         except Exception as error:  # noqa: BLE001: whatever trimesh raises of a material, the mesh can be drawn.
-            self.builder.warn(f"material: trimesh cannot convert it ({error}); it is drawn as clay")
+            self._warnings.append(f"material: trimesh cannot convert it ({error}); it is drawn as clay")
             return dict(CLAY)
         material: Dict[str, Any] = {"metallic": 0.0 if simple else _number(pbr, "metallicFactor", 1.0)}
         material["roughness"] = _number(pbr, "roughnessFactor", 1.0)
@@ -208,7 +262,7 @@ class _Converter:
         for slot, attribute in slots.items():
             image = getattr(pbr, attribute, None)
             if image is not None:
-                material[slot] = {"image": self.builder.add_image(texels(attribute, image))}
+                material[slot] = texels_of(attribute, image, whole=False)
         if "emissive_texture" in material:
             material.setdefault("emissive", [1.0, 1.0, 1.0])
         return material

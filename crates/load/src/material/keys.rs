@@ -147,6 +147,22 @@ impl Key {
         }
     }
 
+    /// Kind of the value.
+    fn value_kind(&self) -> MaterialValueKind {
+        use parameters::Kind::{Color, ColorAndAlpha, Name, Number, Pair, Switch, Texture, Triple};
+        match self.kind {
+            Kind::Description => MaterialValueKind::Text,
+            Kind::Over | Kind::Value(Switch(_)) => MaterialValueKind::Switch,
+            Kind::Value(Number(..)) => MaterialValueKind::Number,
+            Kind::Value(Pair(..)) => MaterialValueKind::Pair,
+            Kind::Value(Triple(..)) => MaterialValueKind::Triple,
+            Kind::Value(Color(..)) => MaterialValueKind::Color,
+            Kind::Value(ColorAndAlpha(..)) => MaterialValueKind::ColorAndAlpha,
+            Kind::Value(Name { names, .. }) => MaterialValueKind::Name(names()),
+            Kind::Part(..) | Kind::Value(Texture(_)) => MaterialValueKind::Texture,
+        }
+    }
+
     /// Description of the value: type, range and unit.
     fn takes(&self) -> String {
         use parameters::Kind::{Color, ColorAndAlpha, Name, Number, Pair, Switch, Texture, Triple};
@@ -174,11 +190,37 @@ impl Key {
     }
 }
 
+/// Kind of a value in material files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MaterialValueKind {
+    /// A line of text.
+    Text,
+    /// `true` or `false`.
+    Switch,
+    /// A number.
+    Number,
+    /// Two numbers, or one for the second.
+    Pair,
+    /// Three numbers, of red, green and blue.
+    Triple,
+    /// Three linear numbers, or `"#rrggbb"` in sRGB.
+    Color,
+    /// Three or four linear numbers, or `"#rrggbb"` or `"#rrggbbaa"` in sRGB.
+    ColorAndAlpha,
+    /// One of these names.
+    Name(Vec<&'static str>),
+    /// A path, a table with `file` among its keys, or `false` for none.
+    Texture,
+}
+
 /// A key of material files, for people.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaterialKey {
     /// As written; keys of the table `[options]` with that in front: `options.three.r119`.
     pub name: &'static str,
+    /// Kind of the value.
+    pub kind: MaterialValueKind,
     /// Description of the value: type, range and unit.
     pub takes: String,
     /// The value where it is absent, in TOML; `None` for keys without one.
@@ -194,6 +236,7 @@ pub fn material_keys() -> impl Iterator<Item = MaterialKey> {
     let default = Material::default();
     KEYS.iter().map(move |key| MaterialKey {
         name: key.name,
+        kind: key.value_kind(),
         takes: key.takes(),
         default: key.text(&default),
         about: key.about,

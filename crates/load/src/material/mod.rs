@@ -36,11 +36,13 @@ mod materialx;
 #[path = "without_materialx.rs"]
 mod materialx;
 mod parse;
+mod text;
 mod texture;
 
 pub use builtin::BuiltinMaterial;
 pub use error::{AssignError, MaterialError, MaterialErrorReason};
-pub use keys::{MaterialKey, material_keys};
+pub use keys::{MaterialKey, MaterialValueKind, material_keys};
+pub use text::GivenPictures;
 
 use super::{Context, LoadError, Warning};
 use overcoat_core::jobs::Jobs;
@@ -90,6 +92,15 @@ impl MaterialFile {
     /// # Errors
     /// [`MaterialError`] with line and key.
     pub fn from_bytes(bytes: &[u8], context: &Context<'_>) -> Result<Self, MaterialError> {
+        Self::with_pictures(bytes, &GivenPictures::default(), context)
+    }
+
+    /// Reads a material from memory; textures are pictures that are given or else come from the context's resolver.
+    fn with_pictures(
+        bytes: &[u8],
+        given: &GivenPictures,
+        context: &Context<'_>,
+    ) -> Result<Self, MaterialError> {
         let most =
             if context.limits.input_bytes < MAX_BYTES { context.limits.input_bytes } else { MAX_BYTES };
         if bytes.len() as u64 > most {
@@ -100,7 +111,7 @@ impl MaterialFile {
         })?;
         let (translated, notes);
         let text = if materialx::is_xml(bytes) {
-            (translated, notes) = materialx::to_toml(text, context)?;
+            (translated, notes) = materialx::to_toml(text, given, context)?;
             translated.as_str()
         } else {
             notes = Vec::new();
@@ -116,7 +127,7 @@ impl MaterialFile {
                 _ => None,
             })
             .collect();
-        let pictures = Pictures::load(&wanted, context)?;
+        let pictures = Pictures::load(&wanted, given, context)?;
         Ok(Self { settings, pictures, text: text.to_owned(), notes })
     }
 

@@ -1,6 +1,7 @@
 //! Textures of material files: how each is to be read, and the pictures themselves.
 
 use super::error::{MaterialError, MaterialErrorReason};
+use super::text::GivenPictures;
 use crate::budget::{Budget, Claim};
 use crate::image::{self, Header, ImageError, Picture, scaled_texel};
 use crate::{Context, ResolveError};
@@ -43,15 +44,25 @@ pub(super) struct Wanted<'a> {
 pub(super) struct Pictures(Vec<(String, Arc<Image>)>);
 
 impl Pictures {
-    /// Reads and decodes every file once.
+    /// Takes every picture that is given, and reads and decodes every other file once.
     ///
     /// # Errors
     /// [`MaterialError`] of the first key whose picture cannot be used.
-    pub(super) fn load(wanted: &[Wanted<'_>], context: &Context<'_>) -> Result<Self, MaterialError> {
+    pub(super) fn load(
+        wanted: &[Wanted<'_>],
+        given: &GivenPictures,
+        context: &Context<'_>,
+    ) -> Result<Self, MaterialError> {
         let mut budget = Budget::new(context.limits);
         let mut encoded: Vec<(&Wanted<'_>, Vec<u8>, Header)> = Vec::new();
+        let mut taken: Vec<(String, Arc<Image>)> = Vec::new();
         for want in wanted {
-            if encoded.iter().any(|(known, ..)| known.file == want.file) {
+            let is_taken = taken.iter().any(|(known, _)| known == want.file);
+            if is_taken || encoded.iter().any(|(known, ..)| known.file == want.file) {
+                continue;
+            }
+            if let Some(image) = given.get(want.file) {
+                taken.push((want.file.to_owned(), Arc::clone(image)));
                 continue;
             }
             let error =
@@ -68,10 +79,11 @@ impl Pictures {
                 .map_err(|e| error(MaterialErrorReason::Limit(e)))?;
             encoded.push((want, bytes, header));
         }
-        let count = encoded.len() as u64;
+        let count = encoded.len().saturating_add(taken.len()) as u64;
         Limits::check(|| "textures".to_owned(), count, context.limits.textures, "textures")
             .map_err(|e| MaterialError::whole(MaterialErrorReason::Limit(e)))?;
-        decode(context.jobs, encoded).map(Self)
+        taken.extend(decode(context.jobs, encoded)?);
+        Ok(Self(taken))
     }
 
     /// The picture of a file that has been loaded.

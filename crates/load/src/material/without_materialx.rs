@@ -1,5 +1,6 @@
 //! Stands in for the reader of MaterialX in builds without its XML.
 
+use super::GivenPictures;
 use super::error::{MaterialError, MaterialErrorReason};
 use crate::{Context, Warning};
 
@@ -7,7 +8,11 @@ pub(super) fn is_xml(bytes: &[u8]) -> bool {
     bytes.trim_ascii_start().first() == Some(&b'<')
 }
 
-pub(super) fn to_toml(_: &str, _: &Context<'_>) -> Result<(String, Vec<Warning>), MaterialError> {
+pub(super) fn to_toml(
+    _: &str,
+    _: &GivenPictures,
+    _: &Context<'_>,
+) -> Result<(String, Vec<Warning>), MaterialError> {
     let message = "documents of MaterialX are not read by this program".to_owned();
     Err(MaterialError::whole(MaterialErrorReason::Unreadable(message)))
 }

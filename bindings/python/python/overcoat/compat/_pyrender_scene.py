@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import json
 import math
+import weakref
 from dataclasses import dataclass, field
 from typing import Any, Dict, List, Optional, Tuple
 
 from .. import _overcoat
 from .._arrays import array, floats, indices, matrix, points, segments, srgb_to_linear, texels
+from .._kept import Kept
 from .._trimesh import factors
 
 # GLTF's modes of primitives.
@@ -43,9 +45,26 @@ class Drawing:
     plain: bool = False
 
 
+#: Meshes of primitives and pictures of textures, until these change.
+_geometries, _pictures = Kept(), Kept()
+#: The last model of each scene, with all that went into it.
+_models: "weakref.WeakKeyDictionary[Any, Dict[Drawing, Tuple[Plan, Converted]]]" = weakref.WeakKeyDictionary()
+
+
 def convert(scene: Any, drawing: Drawing = Drawing()) -> Converted:
-    """Meshes, materials and lights of a scene."""
-    return _Converter(scene, drawing).convert()
+    """Meshes, materials and lights of a scene. Of what stays from one picture to the next, nothing is converted again: meshes while
+    their arrays are the same, textures while their pictures are, and the whole model while nothing changes or moves."""
+    plan = _Converter(scene, drawing).plan()
+    try:
+        last = _models.setdefault(scene, {})
+    except TypeError:
+        return plan.build()
+    known = last.get(drawing)
+    if known is not None and known[0] == plan:
+        return known[1]
+    made = plan.build()
+    last[drawing] = (plan, made)
+    return made
 
 
 def camera_of(scene: Any) -> Dict[str, Any]:
@@ -66,50 +85,108 @@ def camera_of(scene: Any) -> Dict[str, Any]:
     return {"camera": view}
 
 
+#: A mesh: its geometry, whether it has texture coordinates, its kind, and whether colours of vertices are translucent.
+Shape = Tuple[_overcoat.Geometry, bool, str, bool]
+
+
+@dataclass
+class Plan:
+    """All that makes a model: plans that are equal make equal ones."""
+
+    #: Geometry, material as JSON, pictures of its slots, place and number of its node.
+    instances: List[Tuple[_overcoat.Geometry, str, Tuple[Tuple[str, _overcoat.Texels], ...], bytes, int]] = field(default_factory=list)
+    lights: List[str] = field(default_factory=list)
+    warnings: List[str] = field(default_factory=list)
+    nodes: List[Any] = field(default_factory=list)
+    names: List[str] = field(default_factory=list)
+
+    def build(self) -> Converted:
+        """The model."""
+        import numpy as np
+
+        builder = _overcoat.SceneBuilder()
+        meshes: Dict[int, int] = {}
+        images: Dict[int, int] = {}
+        materials: Dict[Any, int] = {}
+        for geometry, material, pictures, place, number in self.instances:
+            if id(geometry) not in meshes:
+                meshes[id(geometry)] = builder.add_mesh(geometry)
+            for _, texels in pictures:
+                if id(texels) not in images:
+                    images[id(texels)] = builder.add_image(texels)
+            key = (material, tuple((slot, id(texels)) for slot, texels in pictures))
+            if key not in materials:
+                data = json.loads(material)
+                for slot, texels in pictures:
+                    data[slot]["image"] = images[id(texels)]
+                materials[key] = builder.add_material(json.dumps(data))
+            pose = np.frombuffer(place, dtype=np.float64).reshape(4, 4)
+            builder.add_instance(meshes[id(geometry)], materials[key], pose, number)
+        for number, name in enumerate(self.names):
+            builder.name_object(number, name)
+        for light in self.lights:
+            builder.add_light(light)
+        for warning in self.warnings:
+            builder.warn(warning)
+        return Converted(builder.finish(None), list(self.nodes))
+
+
 class _Converter:
     def __init__(self, scene: Any, drawing: Drawing) -> None:
         self.scene = scene
         self.drawing = drawing
-        self.builder = _overcoat.SceneBuilder()
-        self._images: Dict[int, int] = {}
-        self._parts: Dict[int, List[Tuple[int, int]]] = {}
-        self._materials: Dict[Tuple[int, bool, bool, bool], int] = {}
+        self.made = Plan()
+        self._parts: Dict[int, List[Tuple[_overcoat.Geometry, str, Any]]] = {}
+        self._materials: Dict[Tuple[int, bool, bool, bool], Tuple[str, Any]] = {}
 
-    def convert(self) -> Converted:
-        nodes: List[Any] = []
+    def plan(self) -> Plan:
+        """What makes the model of the scene as it is."""
+        made = self.made
         for node in self.scene.mesh_nodes:
             if not node.mesh.is_visible:
                 continue
             pose = matrix("pose", self.scene.get_pose(node))
             for primitive in node.mesh.primitives:
-                self._place(primitive, pose, len(nodes))
-            self.builder.name_object(len(nodes), str(node.name or ""))
-            nodes.append(node)
+                self._place(primitive, pose, len(made.nodes))
+            made.names.append(str(node.name or ""))
+            made.nodes.append(node)
         if not self.drawing.is_flat and not self.drawing.plain:
             for node in self.scene.light_nodes:
                 self._light(node)
-        return Converted(self.builder.finish(None), nodes)
+        return made
 
     def _place(self, primitive: Any, pose: Any, number: int) -> None:
         parts = self._parts.get(id(primitive))
         if parts is None:
             parts = self._parts[id(primitive)] = self._convert_primitive(primitive)
         poses = [pose] if primitive.poses is None else [pose @ array("poses", own) for own in primitive.poses]
-        for mesh, material in parts:
-            for placed in poses:
-                self.builder.add_instance(mesh, material, placed, number)
+        for geometry, material, pictures in parts:
+            self.made.instances.extend((geometry, material, pictures, placed.tobytes(), number) for placed in poses)
 
-    def _convert_primitive(self, primitive: Any) -> List[Tuple[int, int]]:
+    def _convert_primitive(self, primitive: Any) -> List[Tuple[_overcoat.Geometry, str, Any]]:
+        material = primitive.material
+        wireframe = bool(getattr(material, "wireframe", False))
+        has_map = not self.drawing.plain and getattr(material, "normalTexture", None) is not None
+        given = (primitive.positions, primitive.indices, primitive.normals, primitive.texcoord_0, primitive.color_0)
+        use = (self.drawing, wireframe, has_map)
+        shape = _geometries.get(
+            primitive, use, (*given, int(primitive.mode)), lambda: self._shape(primitive, wireframe, has_map)
+        )
+        if shape is None:
+            return []
+        geometry, has_uv, kind, is_clear = shape
+        return [(geometry, *self._material(material, has_uv, kind, is_clear))]
+
+    def _shape(self, primitive: Any, wireframe: bool, has_map: bool) -> Optional[Shape]:
         import numpy as np
 
         positions = floats("positions", primitive.positions, (3,))
         if len(positions) == 0:
-            return []
+            return None
         if primitive.indices is None:
             flat = np.arange(len(positions), dtype=np.int64)
         else:
             flat = array("indices", primitive.indices).reshape(-1).astype(np.int64)
-        material = primitive.material
         given = None if primitive.normals is None else floats("normals", primitive.normals, (3,))
         uv = None
         if primitive.texcoord_0 is not None:
@@ -124,16 +201,14 @@ class _Converter:
             if self.drawing.is_flat:
                 colors[:, :3] = srgb_to_linear(colors[:, :3])
         kind, rows = _rows(primitive.mode, flat)
-        wireframe = bool(getattr(material, "wireframe", False))
         if self.drawing.wireframe is not None:
             wireframe = self.drawing.wireframe
         if kind == "triangles" and wireframe != self.drawing.flip_wireframe:
             pairs = np.sort(np.concatenate([rows[:, [0, 1]], rows[:, [1, 2]], rows[:, [2, 0]]]), axis=1)
             kind, rows = "lines", segments(np.unique(pairs, axis=0))
         if len(rows) == 0:
-            return []
-        has_map = not self.drawing.plain and getattr(material, "normalTexture", None) is not None and uv is not None
-        mesh = self.builder.add_mesh(
+            return None
+        mesh = _overcoat.Geometry(
             positions,
             rows if rows.dtype == np.uint32 else indices("indices", rows, 3),
             given,
@@ -141,22 +216,22 @@ class _Converter:
             colors,
             kind,
             None,
-            0 if has_map else None,
+            0 if has_map and uv is not None else None,
         )
         is_clear = colors is not None and bool((colors[:, 3] < 1).any())
-        return [(mesh, self._material(material, uv is not None, kind, is_clear))]
+        return mesh, uv is not None, kind, is_clear
 
-    def _material(self, material: Any, has_uv: bool, kind: str, is_clear: bool) -> int:
+    def _material(self, material: Any, has_uv: bool, kind: str, is_clear: bool) -> Tuple[str, Any]:
         key = (id(material), has_uv, kind != "triangles", is_clear)
         made = self._materials.get(key)
         if made is None:
             made = self._materials[key] = self._new_material(material, has_uv, kind, is_clear)
         return made
 
-    def _new_material(self, material: Any, has_uv: bool, kind: str, is_clear: bool) -> int:
+    def _new_material(self, material: Any, has_uv: bool, kind: str, is_clear: bool) -> Tuple[str, Any]:
         if self.drawing.plain:
             # pyrender culls back faces of all materials there.
-            return self.builder.add_material(json.dumps({"unlit": True, "double_sided": kind != "triangles"}))
+            return json.dumps({"unlit": True, "double_sided": kind != "triangles"}), ()
         data: Dict[str, Any] = {
             "name": str(getattr(material, "name", None) or ""),
             "double_sided": bool(material.doubleSided) or self.drawing.skip_culling or kind != "triangles",
@@ -170,7 +245,7 @@ class _Converter:
             self._texture(data, "metallic_roughness_texture", material.metallicRoughnessTexture, has_uv)
             self._texture(data, "base_color_texture", material.baseColorTexture, has_uv)
         else:
-            self.builder.warn(f"a {type(material).__name__} is drawn as a diffuse surface; pyrender draws none of it")
+            self.made.warnings.append(f"a {type(material).__name__} is drawn as a diffuse surface; pyrender draws none of it")
             data["base_color"] = _clipped(getattr(material, "diffuseFactor", [1, 1, 1, 1]))
             data["roughness"] = 1.0
             self._texture(data, "base_color_texture", getattr(material, "diffuseTexture", None), has_uv)
@@ -185,23 +260,22 @@ class _Converter:
         mode = str(material.alphaMode).lower()
         texture: Any = getattr(getattr(material, "baseColorTexture", None), "source", None)
         is_clear = is_clear or data["base_color"][3] < 1
-        if has_uv and texture is not None and getattr(texture, "ndim", 0) == 3 and texture.shape[2] == 4:
-            is_clear = is_clear or bool((texture[:, :, 3] < 255).any())
+        if has_uv and not is_clear and texture is not None and getattr(texture, "ndim", 0) == 3 and texture.shape[2] == 4:
+            is_clear = _pictures.get(texture, "clear", (texture,), lambda: bool((texture[:, :, 3] < 255).any()))
         # Most of pyrender's materials are called blended and have no part that is.
         data["alpha_mode"] = mode if mode == "mask" or (mode == "blend" and is_clear) else "opaque"
         if mode == "mask":
             data["alpha_cutoff"] = float(material.alphaCutoff if material.alphaCutoff is not None else 0.5)
-        return self.builder.add_material(json.dumps(data))
+        pictures = tuple((slot, of.pop("texels")) for slot, of in data.items() if slot.endswith("_texture"))
+        return json.dumps(data), pictures
 
     def _texture(self, data: Dict[str, Any], slot: str, texture: Any, has_uv: bool) -> None:
         source = getattr(texture, "source", None)
         if source is None or not has_uv:
             return
-        image = self._images.get(id(texture))
-        if image is None:
-            channels = str(getattr(texture, "source_channels", "RGB"))
-            image = self._images[id(texture)] = self.builder.add_image(_channels(source, channels))
-        data[slot] = {"image": image}
+        channels = str(getattr(texture, "source_channels", "RGB"))
+        made = _pictures.get(texture, "texels", (source, channels), lambda: _overcoat.Texels(_channels(source, channels)))
+        data[slot] = {"texels": made}
         sampler = getattr(texture, "sampler", None)
         names = {"wrap_u": "wrapS", "wrap_v": "wrapT", "magnification": "magFilter", "minification": "minFilter"}
         for ours, theirs in names.items():
@@ -228,7 +302,7 @@ class _Converter:
         if data["kind"] != "directional":
             # pyrender reads over `range`; so is it here.
             data["position"] = [float(part) for part in pose[:3, 3]]
-        self.builder.add_light(json.dumps(data))
+        self.made.lights.append(json.dumps(data))
 
 
 def _rows(mode: int, flat: Any) -> Tuple[str, Any]:

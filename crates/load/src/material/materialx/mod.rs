@@ -14,6 +14,7 @@ mod tests;
 mod uv;
 mod write;
 
+use super::GivenPictures;
 use super::error::{MaterialError, MaterialErrorReason};
 use crate::image::{self, ImageError};
 use crate::{Context, Warning};
@@ -32,10 +33,17 @@ pub(super) fn is_xml(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`MaterialError`] if the document is damaged, or has no surface shader that is read.
-pub(super) fn to_toml(text: &str, context: &Context<'_>) -> Result<(String, Vec<Warning>), MaterialError> {
+pub(super) fn to_toml(
+    text: &str,
+    given: &GivenPictures,
+    context: &Context<'_>,
+) -> Result<(String, Vec<Warning>), MaterialError> {
     let syntax = |message: String| MaterialError::whole(MaterialErrorReason::Syntax(message));
     let document = Element::document(text).map_err(|error| syntax(error.to_string()))?;
     let mut readable = |file: &str| {
+        if given.contains_key(file) {
+            return Ok(());
+        }
         let bytes =
             context.resolver.read(file, context.limits.input_bytes).map_err(|error| error.to_string())?;
         image::probe(file, &bytes, context.limits).map(drop).map_err(|error| match error {

@@ -5,7 +5,11 @@
     color, depth = renderer.render(scene)
 
 or, for whole programs, `import overcoat.compat.pyrender as pyrender` in place of `import pyrender`: everything but
-`OffscreenRenderer` is pyrender's own.
+`OffscreenRenderer` and the flags (`pyrender.constants`) is pyrender's own, of which no OpenGL library has to be there.
+
+Scenes are drawn as they are when `render` is called. Of what has not changed since the last picture nothing is converted again: an
+animated scene costs what moves. Changes in place of a few numbers of an array of more than 16,384 may be missed, as pyrender
+misses all of an array that it has uploaded: assign a new array.
 
 What is the same: geometry, cameras, units of lights, depth in metres, what is transparent. What is not, and why:
 
@@ -22,34 +26,22 @@ What is the same: geometry, cameras, units of lights, depth in metres, what is t
 
 from __future__ import annotations
 
-import importlib
 import warnings
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional
 
-from .._arrays import environment, matrix
-from .._errors import MissingFeatureWarning
-from .._overcoat import Environment
-from .._render import Renderer, shared_renderer
-from ._projection import of_camera
-from ._pyrender_scene import Drawing, convert
+from ..._arrays import environment, matrix
+from ..._errors import MissingFeatureWarning
+from ..._overcoat import Environment
+from ..._render import Renderer, shared_renderer
+from .._projection import of_camera
+from .._pyrender_module import pyrender_module
+from .._pyrender_scene import Drawing, convert
+from . import constants as constants
+from .constants import GLTF as GLTF, RenderFlags as RenderFlags
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-
-# Of pyrender.constants.RenderFlags.
-DEPTH_ONLY = 1
-FLIP_WIREFRAME = 4
-ALL_WIREFRAME = 8
-ALL_SOLID = 16
-SHADOWS = 32 | 64 | 128
-VERTEX_NORMALS = 256
-FACE_NORMALS = 512
-SKIP_CULL_FACES = 1024
-RGBA = 2048
-FLAT = 4096
-SEG = 8192
-
 
 class OffscreenRenderer:
     """As `pyrender.OffscreenRenderer`.
@@ -121,17 +113,17 @@ class OffscreenRenderer:
         node = scene.main_camera_node
         if node is None:
             raise ValueError("Cannot render scene without a camera")
-        for flag, name in ((VERTEX_NORMALS, "VERTEX_NORMALS"), (FACE_NORMALS, "FACE_NORMALS")):
+        for flag, name in ((RenderFlags.VERTEX_NORMALS, "VERTEX_NORMALS"), (RenderFlags.FACE_NORMALS, "FACE_NORMALS")):
             if flags & flag:
                 warnings.warn(f"RenderFlags.{name} is not drawn by overcoat", MissingFeatureWarning, stacklevel=2)
-        is_plain = bool(flags & (DEPTH_ONLY | SEG))
+        is_plain = bool(flags & (RenderFlags.DEPTH_ONLY | RenderFlags.SEG))
         converted = convert(
             scene,
             Drawing(
-                is_flat=bool(flags & FLAT),
-                wireframe=True if flags & ALL_WIREFRAME else (False if flags & ALL_SOLID or is_plain else None),
-                flip_wireframe=bool(flags & FLIP_WIREFRAME) and not flags & ALL_WIREFRAME and not is_plain,
-                skip_culling=bool(flags & SKIP_CULL_FACES),
+                is_flat=bool(flags & RenderFlags.FLAT),
+                wireframe=True if flags & RenderFlags.ALL_WIREFRAME else (False if flags & RenderFlags.ALL_SOLID or is_plain else None),
+                flip_wireframe=bool(flags & RenderFlags.FLIP_WIREFRAME) and not flags & RenderFlags.ALL_WIREFRAME and not is_plain,
+                skip_culling=bool(flags & RenderFlags.SKIP_CULL_FACES),
                 plain=is_plain,
             ),
         )
@@ -142,20 +134,20 @@ class OffscreenRenderer:
                 "convention": "opengl",
                 **of_camera(node.camera, self._width, self._height),
             },
-            "quality": "fast" if flags & SHADOWS and not is_plain else "draft",
+            "quality": "fast" if flags & RenderFlags.SHADOWS_ALL and not is_plain else "draft",
             "ground": "none",
             "tone_mapping": "none",
             "shading": "gltf",
             "point_size": min(max(self._point_size, 0.1), 64.0),
             "line_width": 1.0,
             "env": "none",
-            "aov": ["depth", "object-id"] if flags & SEG else ["depth"],
+            "aov": ["depth", "object-id"] if flags & RenderFlags.SEG else ["depth"],
             "samples": 1 if is_plain else 4,
         }
         background = np.clip(np.asarray(scene.bg_color, dtype=float).reshape(-1), 0, 1)
         background = np.concatenate([background, [1.0]])[:4]
         ambient = np.asarray(scene.ambient_light, dtype=np.float32).reshape(-1)[:3]
-        if not is_plain and not flags & FLAT and (ambient > 0).any():
+        if not is_plain and not flags & RenderFlags.FLAT and (ambient > 0).any():
             options["env"] = _ambient(*(max(float(part), 0.0) for part in ambient))
         if not is_plain:
             options["background"] = "#" + "".join(f"{round(255 * part):02x}" for part in background[:3])
@@ -168,13 +160,13 @@ class OffscreenRenderer:
             warnings.warn(message, MissingFeatureWarning, stacklevel=2)
         # Copies: who has them may write to them, as in pyrender.
         depth = np.array(image.aov["depth"])
-        if flags & DEPTH_ONLY:
+        if flags & RenderFlags.DEPTH_ONLY:
             return depth
-        if flags & SEG:
+        if flags & RenderFlags.SEG:
             numbers = image.aov["object-id"].astype(np.int64)
             return self._segments(converted.nodes, numbers, seg_node_map or {}), depth
         color = np.array(image.array[:, :, :3], order="C")
-        if flags & RGBA:
+        if flags & RenderFlags.RGBA:
             alpha = image.linear[:, :, 3]
             alpha = np.rint(255 * (alpha + (1 - alpha) * background[3])).astype(np.uint8)
             color = np.dstack([color, alpha])
@@ -208,4 +200,4 @@ def _ambient(red: float, green: float, blue: float) -> Environment:
 def __getattr__(name: str) -> Any:
     if name.startswith("__"):
         raise AttributeError(name)
-    return getattr(importlib.import_module("pyrender"), name)
+    return getattr(pyrender_module(), name)
