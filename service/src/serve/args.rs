@@ -40,17 +40,30 @@ pub struct ServeArgs {
     #[arg(long, value_name = "NETWORK", value_delimiter = ',', value_parser = Network::new, help_heading = "Connections")]
     pub trusted_proxies: Vec<Network>,
 
-    /// Connections at a time; further ones wait
+    /// Connections at a time; for further ones those give way that wait for a request, of the client with most of them first
     #[arg(long, value_name = "N", default_value = "1024", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]
     pub max_connections: usize,
 
-    /// Seconds that the head of a request may take, and that a connection may be idle
+    /// Connections at a time of one address (IPv6: of one network of 64 bits); further ones are refused (429). --trusted-proxies may have
+    /// any number [default: a quarter of all]
+    #[arg(long, value_name = "N", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]
+    pub client_connections: Option<usize>,
+
+    /// Seconds that the head of a request may take (408)
     #[arg(long, value_name = "SECONDS", default_value = "15", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
     pub header_seconds: f64,
 
-    /// Seconds that a client may take no byte of an answer
+    /// Seconds between an answer and the next request on its connection
+    #[arg(long, value_name = "SECONDS", default_value = "15", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
+    pub idle_seconds: f64,
+
+    /// Seconds that a client may take no more of an answer, and that an answer may take beside those of --write-rate
     #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
     pub write_seconds: f64,
+
+    /// Bytes a second that an answer must be taken with on average
+    #[arg(long, value_name = "BYTES", default_value = "4Ki", value_parser = bytes, help_heading = "Connections")]
+    pub write_rate: u64,
 
     /// Bytes of a body, or of a model from a source with all its files; suffixes as of --limit
     #[arg(long, value_name = "BYTES", default_value = "64Mi", value_parser = bytes, help_heading = "Connections")]

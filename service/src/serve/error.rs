@@ -42,7 +42,7 @@ pub enum Kind {
     Method,
     /// No format that the client accepts.
     NotAcceptable,
-    /// The body came too slowly.
+    /// The head or the body came too slowly.
     Slow,
     /// The body, or the source, is too large.
     TooLarge,
@@ -64,6 +64,8 @@ pub enum Kind {
     SourceFailed,
     /// The quota of the key is spent.
     Quota,
+    /// The client has too many connections.
+    Connections,
     /// The queue is full.
     QueueFull,
     /// No worker was free in time, or there is no memory for another body.
@@ -107,6 +109,7 @@ impl Kind {
         Self::Worker,
         Self::SourceFailed,
         Self::Quota,
+        Self::Connections,
         Self::QueueFull,
         Self::Busy,
         Self::Stopping,
@@ -154,6 +157,7 @@ impl Kind {
             Self::Worker => (StatusCode::INTERNAL_SERVER_ERROR, "worker"),
             Self::SourceFailed => (StatusCode::BAD_GATEWAY, "source_failed"),
             Self::Quota => (StatusCode::TOO_MANY_REQUESTS, "quota"),
+            Self::Connections => (StatusCode::TOO_MANY_REQUESTS, "connections"),
             Self::QueueFull => (StatusCode::TOO_MANY_REQUESTS, "queue_full"),
             Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, "busy"),
             Self::Stopping => (StatusCode::SERVICE_UNAVAILABLE, "stopping"),

@@ -48,6 +48,7 @@ pub struct Metrics {
     cache_bytes: Gauge,
     cache_entries: Gauge,
     connections: Gauge,
+    closed: Family<Labels, Counter>,
     working: Gauge,
     waiting: Gauge,
     started: Counter,
@@ -72,6 +73,7 @@ impl Default for Metrics {
             cache_bytes: Gauge::default(),
             cache_entries: Gauge::default(),
             connections: Gauge::default(),
+            closed: Family::default(),
             working: Gauge::default(),
             waiting: Gauge::default(),
             started: Counter::default(),
@@ -117,6 +119,11 @@ impl Metrics {
         registry.register("cache_bytes", "Bytes of the cache in a folder", self.cache_bytes.clone());
         registry.register("cache_entries", "Entries of the cache in a folder", self.cache_entries.clone());
         registry.register("connections", "Open connections", self.connections.clone());
+        registry.register(
+            "connections_closed",
+            "Connections that were closed: head, idle and answer took too long, full and client are of bounds",
+            self.closed.clone(),
+        );
         registry.register("workers_busy", "Requests that have a worker", self.working.clone());
         registry.register("queue_length", "Requests that wait for a worker", self.waiting.clone());
         registry.register("workers_started", "Workers that were started", self.started.clone());
@@ -203,6 +210,11 @@ impl Metrics {
         } else {
             self.connections.dec()
         };
+    }
+
+    /// A connection was closed for a reason.
+    pub fn closed(&self, reason: &'static str) {
+        self.closed.get_or_create(&one("reason", reason)).inc();
     }
 
     /// All metrics as text, with the counts of pool, gate and cache.

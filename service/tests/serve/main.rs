@@ -8,5 +8,6 @@ mod pictures;
 mod rights;
 mod robust;
 mod service;
+mod slow;
 mod sources;
 mod watching;
