@@ -4,6 +4,7 @@ use super::args::ServeArgs;
 use super::body::Bodies;
 use super::cache::{Cache, Picture};
 use super::clock::Clock;
+use super::environments::Environments;
 use super::error::Problem;
 use super::failures::Failures;
 use super::fair::{Client, Priority};
@@ -88,7 +89,10 @@ impl App {
         let mut args = args;
         // The first thread of a worker is its only one, unless more are asked for.
         args.draw.machine.workers.threads = args.draw.machine.workers.threads.max(1);
-        let common = Common::new(&args.draw)?;
+        let mut common = Common::new(&args.draw)?;
+        let Environments { files, hashes } =
+            Environments::new(&args.environment).map_err(|e| format!("--environment {e}"))?;
+        common.start.environments = files;
         let rules = rules(&args, &common.start)?;
         let metrics = Arc::new(Metrics::default());
         let seconds = Duration::from_secs_f64;
@@ -97,7 +101,7 @@ impl App {
         Ok(Self {
             rules,
             pool: Pool::new(pool_options(&args, &common.start)?),
-            keys: common.keys,
+            keys: common.keys.with_environments(hashes),
             gate: Gate::new(args.workers(), args.queue, seconds(args.queue_seconds)),
             flights: Flights::default(),
             failures: Failures::new(seconds(args.failure_seconds)),
@@ -212,6 +216,7 @@ fn rights_of(args: &ServeArgs) -> Result<Rights, String> {
 fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
     let mut rules = Rules::new(&start.description, args.draw.input.limits.limits(), &args.encoding);
     (rules.max_size, rules.max_price) = (args.max_size, args.max_price);
+    rules.environments.clone_from(&start.environments);
     if let Some(path) = &args.presets {
         rules.add_file(path).map_err(|e| format!("--presets {e}"))?;
     }

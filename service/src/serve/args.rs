@@ -97,6 +97,11 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FILE", help_heading = "Pictures")]
     pub fallback: Option<PathBuf>,
 
+    /// Environment that requests may name (env=NAME): an equirectangular picture (HDR, EXR, PNG, JPEG); may be repeated. In a file:
+    /// [environment] sky = \"/srv/sky.hdr\"
+    #[arg(long, value_name = "NAME=FILE", help_heading = "Pictures")]
+    pub environment: Vec<String>,
+
     /// Options under a name, as in paths: thumb=size:256/view:front; may be repeated. In a file: [preset] thumb = \"...\"
     #[arg(long, value_name = "NAME=OPTIONS", help_heading = "Pictures")]
     pub preset: Vec<String>,
@@ -110,6 +115,10 @@ pub struct ServeArgs {
     /// number]
     #[arg(long, value_name = "UNITS", value_parser = within::<u64>(1, u64::MAX), help_heading = "Pictures")]
     pub max_price: Option<u64>,
+
+    /// Pictures that one request may ask for (presets, views, sizes)
+    #[arg(long, value_name = "N", default_value = "16", value_parser = within::<usize>(1, 1000), help_heading = "Pictures")]
+    pub max_pictures: usize,
 
     /// Where pictures are kept: a folder, or the URL of a prefix (s3://, gs://, az://) [default: nowhere]
     #[arg(id = "pictures", long = "cache", value_name = "DIR|URL", help_heading = "Cache")]

@@ -210,6 +210,12 @@ impl Problem {
         Self { retry_after: Some(seconds), ..self }
     }
 
+    /// The same about one of several pictures.
+    #[must_use]
+    pub fn of(self, name: &str) -> Self {
+        Self { message: format!("{name}: {}", self.message), ..self }
+    }
+
     /// The same with a header.
     #[must_use]
     pub fn with(self, name: HeaderName, value: impl Into<String>) -> Self {

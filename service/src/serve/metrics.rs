@@ -57,6 +57,7 @@ pub struct Metrics {
     remembered: Counter,
     worked: Counter<f64, AtomicU64>,
     units: Counter,
+    bundled: Counter,
     clock_jumps: Counter,
     keys_failures: Counter,
 }
@@ -82,6 +83,7 @@ impl Default for Metrics {
             remembered: Counter::default(),
             worked: Counter::default(),
             units: Counter::default(),
+            bundled: Counter::default(),
             clock_jumps: Counter::default(),
             keys_failures: Counter::default(),
         };
@@ -139,6 +141,11 @@ impl Metrics {
         );
         registry.register("units", "Price of the work that workers were given", self.units.clone());
         registry.register(
+            "bundled_pictures",
+            "Pictures that went into answers with several of them",
+            self.bundled.clone(),
+        );
+        registry.register(
             "clock_jumps",
             "Times that the clock of the system was found to have jumped back",
             self.clock_jumps.clone(),
@@ -174,6 +181,11 @@ impl Metrics {
     /// Work of so many units has a worker.
     pub fn units(&self, price: u64) {
         self.units.inc_by(price);
+    }
+
+    /// A picture went into an answer with several of them.
+    pub fn bundled(&self) {
+        self.bundled.inc();
     }
 
     /// A failure of a short while ago has answered a request.

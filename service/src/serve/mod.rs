@@ -7,6 +7,7 @@ mod answer;
 mod app;
 pub mod args;
 mod body;
+mod bundle;
 mod cache;
 mod canonical;
 mod clock;
@@ -14,6 +15,7 @@ pub mod config;
 mod connections;
 mod cors;
 mod disk;
+mod environments;
 pub(crate) mod error;
 mod failures;
 mod fair;
@@ -43,10 +45,12 @@ mod rights;
 mod routes;
 pub(crate) mod rules;
 mod sent;
+mod several;
 mod sign;
 mod socket;
 mod source;
 mod status;
+mod stored;
 mod stream;
 mod trace;
 mod traceparent;
@@ -165,6 +169,17 @@ async fn warm(app: &App) -> Result<(), String> {
         for (_, picture) in drawn {
             picture.map_err(|failure| about(failure.message))?;
         }
+    }
+    for name in app.rules.environments.keys() {
+        let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
+        request.keys.extend([("size".to_owned(), 16.into()), ("env".to_owned(), name.as_str().into())]);
+        let work = Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true };
+        let loaded = app.pool.load(&work, TRIANGLE, &NoFiles, &meter).await;
+        loaded
+            .map_err(|e| format!("--environment {name}: {e}"))?
+            .draw(&[])
+            .await
+            .map_err(|e| e.to_string())?;
     }
     app.ready.store(true, Relaxed);
     Ok(())

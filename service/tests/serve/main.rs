@@ -1,5 +1,7 @@
 //! The service, as its clients see it: the real program on a port of this machine.
 
+mod bundles;
+mod environments;
 mod errors;
 mod load;
 mod logs;
