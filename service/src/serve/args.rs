@@ -178,6 +178,31 @@ pub struct ServeArgs {
     #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = within::<f64>(0.01, 1e6), help_heading = "Sources")]
     pub source_seconds: f64,
 
+    /// Folder of jobs (POST /jobs), which survive the end of the process; one service for each [default: no jobs are taken]
+    #[arg(long, value_name = "DIR", help_heading = "Jobs")]
+    pub spool: Option<PathBuf>,
+
+    /// Jobs in the folder at a time; further ones are refused (429)
+    #[arg(long, value_name = "N", default_value = "1000", value_parser = within::<usize>(1, 1 << 20), help_heading = "Jobs")]
+    pub spool_jobs: usize,
+
+    /// Bytes of their models together
+    #[arg(long, value_name = "BYTES", default_value = "1Gi", value_parser = bytes, help_heading = "Jobs")]
+    pub spool_bytes: u64,
+
+    /// Results of jobs may be sent to what begins with this URL, at a public address or in an --allow-network; may be repeated
+    /// [default: nowhere]
+    #[arg(long, value_name = "URL", value_delimiter = ',', help_heading = "Jobs")]
+    pub allow_callback: Vec<String>,
+
+    /// Seconds until a callback that has failed is tried again, doubled each time up to an hour
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = within::<f64>(0.01, 3600.0), help_heading = "Jobs")]
+    pub callback_seconds: f64,
+
+    /// Attempts at a callback, counted anew by each start of the service
+    #[arg(long, value_name = "N", default_value = "10", value_parser = within::<u32>(1, 1000), help_heading = "Jobs")]
+    pub callback_attempts: u32,
+
     /// Seconds for which a failure is answered again without another attempt, doubled by each further one up to 10 minutes; 0 for
     /// never. SIGHUP forgets all
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = within::<f64>(0.0, 3600.0), help_heading = "Workers")]

@@ -39,6 +39,9 @@ struct Table {
     last: u64,
 }
 
+/// Number of the connections of a client that wait, the longest wait among them, and whose it is.
+type Waiting<'a> = (usize, Option<(Instant, &'a Arc<Pace>)>);
+
 /// A place among the connections.
 #[derive(Debug)]
 pub struct Entry {
@@ -121,7 +124,7 @@ impl Connections {
     /// none waits.
     pub fn make_room(&self) {
         let table = lock(&self.table);
-        let mut waiting: BTreeMap<&Client, (usize, Option<(Instant, &Arc<Pace>)>)> = BTreeMap::new();
+        let mut waiting: BTreeMap<&Client, Waiting<'_>> = BTreeMap::new();
         for (client, pace) in table.open.values() {
             if pace.is_closing() {
                 return;

@@ -36,6 +36,8 @@ pub enum Kind {
     Origin,
     /// A source that is not allowed.
     Source,
+    /// A callback that is not allowed.
+    Callback,
     /// No such route, or no such source.
     NotFound,
     /// Another method is needed.
@@ -60,6 +62,8 @@ pub enum Kind {
     Memory,
     /// The worker ended.
     Worker,
+    /// The spool of jobs cannot be written.
+    Spool,
     /// The source cannot be read.
     SourceFailed,
     /// The quota of the key is spent.
@@ -95,6 +99,7 @@ impl Kind {
         Self::KeyExpired,
         Self::Origin,
         Self::Source,
+        Self::Callback,
         Self::NotFound,
         Self::Method,
         Self::NotAcceptable,
@@ -107,6 +112,7 @@ impl Kind {
         Self::Price,
         Self::Memory,
         Self::Worker,
+        Self::Spool,
         Self::SourceFailed,
         Self::Quota,
         Self::Connections,
@@ -143,6 +149,7 @@ impl Kind {
             Self::KeyExpired => (StatusCode::UNAUTHORIZED, "key_expired"),
             Self::Origin => (StatusCode::FORBIDDEN, "origin"),
             Self::Source => (StatusCode::FORBIDDEN, "source"),
+            Self::Callback => (StatusCode::FORBIDDEN, "callback"),
             Self::NotFound => (StatusCode::NOT_FOUND, "not_found"),
             Self::Method => (StatusCode::METHOD_NOT_ALLOWED, "method"),
             Self::NotAcceptable => (StatusCode::NOT_ACCEPTABLE, "not_acceptable"),
@@ -155,6 +162,7 @@ impl Kind {
             Self::Price => (StatusCode::UNPROCESSABLE_ENTITY, "price"),
             Self::Memory => (StatusCode::UNPROCESSABLE_ENTITY, "memory"),
             Self::Worker => (StatusCode::INTERNAL_SERVER_ERROR, "worker"),
+            Self::Spool => (StatusCode::INSUFFICIENT_STORAGE, "spool"),
             Self::SourceFailed => (StatusCode::BAD_GATEWAY, "source_failed"),
             Self::Quota => (StatusCode::TOO_MANY_REQUESTS, "quota"),
             Self::Connections => (StatusCode::TOO_MANY_REQUESTS, "connections"),

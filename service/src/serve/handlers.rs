@@ -64,17 +64,7 @@ async fn answer_body(
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     // Errors in the options are told before the model is read.
-    let checked = options.and_then(|options| {
-        if !options.several.is_empty() {
-            let parts = options.several.parts(&options, &app.rules, app.args.max_pictures)?;
-            app.order(&trace, parts.price, None)?;
-            return Ok(options);
-        }
-        let (format, _) = format(app, &options, &parts.headers)?;
-        let priced = options.priced(format, &app.rules)?;
-        app.order(&trace, priced.price, priced.priority)?;
-        Ok(options)
-    });
+    let checked = options.and_then(|options| checked(app, &trace, options, &parts.headers));
     let mut options = match checked {
         Ok(options) => options,
         Err(problem) => {
@@ -117,6 +107,23 @@ async fn answer_body(
     };
     let answer = picture(app, asked, |key| wishes.has(key)).await?;
     Ok(respond(app, &wishes, &answer))
+}
+
+/// Options with which a picture, or several, can be drawn, as far as that is known without the model.
+pub(super) fn checked(
+    app: &App,
+    trace: &Trace,
+    options: Options,
+    headers: &HeaderMap,
+) -> Result<Options, Problem> {
+    let (price, priority) = if options.several.is_empty() {
+        let (format, _) = format(app, &options, headers)?;
+        let priced = options.priced(format, &app.rules)?;
+        (priced.price, priced.priority)
+    } else {
+        (options.several.parts(&options, &app.rules, app.args.max_pictures)?.price, None)
+    };
+    app.order(trace, price, priority).map(|_| options)
 }
 
 /// The pictures of the lists of a request.

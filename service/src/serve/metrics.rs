@@ -58,6 +58,8 @@ pub struct Metrics {
     worked: Counter<f64, AtomicU64>,
     units: Counter,
     bundled: Counter,
+    jobs: Family<Labels, Counter>,
+    spooled: Gauge,
     clock_jumps: Counter,
     keys_failures: Counter,
 }
@@ -84,6 +86,8 @@ impl Default for Metrics {
             worked: Counter::default(),
             units: Counter::default(),
             bundled: Counter::default(),
+            jobs: Family::default(),
+            spooled: Gauge::default(),
             clock_jumps: Counter::default(),
             keys_failures: Counter::default(),
         };
@@ -146,6 +150,12 @@ impl Metrics {
             self.bundled.clone(),
         );
         registry.register(
+            "jobs",
+            "What happened to jobs: accepted, drawn, delivered, retried, given_up",
+            self.jobs.clone(),
+        );
+        registry.register("jobs_spooled", "Jobs that are in the spool", self.spooled.clone());
+        registry.register(
             "clock_jumps",
             "Times that the clock of the system was found to have jumped back",
             self.clock_jumps.clone(),
@@ -181,6 +191,16 @@ impl Metrics {
     /// Work of so many units has a worker.
     pub fn units(&self, price: u64) {
         self.units.inc_by(price);
+    }
+
+    /// Something happened to a job.
+    pub fn job(&self, what: &'static str) {
+        self.jobs.get_or_create(&one("event", what)).inc();
+    }
+
+    /// So many jobs are in the spool.
+    pub fn spooled(&self, jobs: usize) {
+        self.spooled.set(jobs as i64);
     }
 
     /// A picture went into an answer with several of them.

@@ -9,6 +9,7 @@ pub mod args;
 mod body;
 mod bundle;
 mod cache;
+mod callback;
 mod canonical;
 mod clock;
 pub mod config;
@@ -26,6 +27,7 @@ mod forwarded;
 mod gate;
 mod handlers;
 mod inspect;
+mod jobs;
 mod listen;
 mod media;
 mod metrics;
@@ -49,6 +51,7 @@ mod several;
 mod sign;
 mod socket;
 mod source;
+mod spool;
 mod status;
 mod stored;
 mod stream;
@@ -106,9 +109,12 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
     tokio::spawn(signals(send));
     #[cfg(unix)]
     tokio::spawn(at_hangup(Arc::clone(&app)));
+    // Those that are under way at the end are in the spool for the next start.
+    let at_work = tokio::spawn(jobs::run(Arc::clone(&app)));
     // Until the last request has ended, so that its end can be watched.
     let watched = beside.map(|listener| tokio::spawn(listen::serve_watchers(Arc::clone(&app), listener)));
     listen::serve(Arc::clone(&app), listener, stop).await;
+    at_work.abort();
     watched.inspect(tokio::task::JoinHandle::abort);
     app.pool.finish().await;
     tracing::info!("stopped");

@@ -2,6 +2,7 @@
 
 use super::app::App;
 use super::error::{Kind, Problem};
+use super::jobs::Jobs;
 use axum::extract::State;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -106,6 +107,7 @@ pub async fn ready(State(app): State<Arc<App>>) -> Result<Response, Problem> {
 
 /// `GET /metrics`
 pub async fn metrics(State(app): State<Arc<App>>) -> Response {
+    app.metrics.spooled(app.jobs.as_ref().map_or(0, Jobs::count));
     let text = app.metrics.text(&app.pool.counters, app.gate.load(), app.cache.size());
     let kind = "application/openmetrics-text; version=1.0.0; charset=utf-8";
     ([(header::CONTENT_TYPE, kind)], text).into_response()

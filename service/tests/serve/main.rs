@@ -3,6 +3,7 @@
 mod bundles;
 mod environments;
 mod errors;
+mod jobs;
 mod load;
 mod logs;
 mod offers;
