@@ -181,9 +181,9 @@ pub async fn run(app: Arc<App>) {
         tokio::spawn(async move {
             let (drawn, sent) = &*permits;
             if let Err(reason) = one(&app, &service, &name, (drawn, sent)).await {
-                app.metrics.job("given_up");
                 tracing::error!(job = name, reason, "a job is given up");
                 remove(&app, name).await;
+                app.metrics.job("given_up");
             }
         });
     }
@@ -198,12 +198,7 @@ async fn one(
     (drawn, sent): (&Semaphore, &Semaphore),
 ) -> Result<(), String> {
     let Ok(jobs) = jobs(app) else { return Ok(()) };
-    let spooled = async |of: fn(&Spool, &str) -> std::io::Result<Option<(Outcome, Vec<u8>)>>| {
-        let (spool, name) = (Arc::clone(&jobs.spool), name.to_owned());
-        let read = tokio::task::spawn_blocking(move || of(&spool, &name)).await;
-        read.map_err(|e| e.to_string())?.map_err(|e| format!("the spool: {e}"))
-    };
-    if spooled(|spool, name| spool.result(name)).await?.is_none() {
+    if on_disk(jobs, name, Spool::result).await?.is_none() {
         loop {
             // They are never closed.
             let permit = drawn.acquire().await;
@@ -212,20 +207,17 @@ async fn one(
             tokio::time::sleep(Duration::from_secs(seconds)).await;
         }
     }
-    let (spool, of) = (Arc::clone(&jobs.spool), name.to_owned());
-    let job = tokio::task::spawn_blocking(move || spool.read(&of).map(|(job, _)| job)).await;
-    let job = job.map_err(|e| e.to_string())?.map_err(|e| format!("the spool: {e}"))?;
+    let (job, _) = on_disk(jobs, name, Spool::read).await?;
     let mut pause = Duration::from_secs_f64(app.args.callback_seconds);
     for attempt in 1.. {
         let permit = sent.acquire().await;
-        let (outcome, result) =
-            spooled(|spool, name| spool.result(name)).await?.ok_or("the result is not there")?;
+        let (outcome, result) = on_disk(jobs, name, Spool::result).await?.ok_or("the result is not there")?;
         let (status, to) = (outcome.status, (job.callback.as_str(), &app.signer));
         match jobs.callbacks.send(to, (name, app.seconds()), &outcome, result.into()).await {
             Ok(()) => {
-                app.metrics.job("delivered");
                 tracing::info!(job = name, status, attempt, "a job is delivered");
                 remove(app, name.to_owned()).await;
+                app.metrics.job("delivered");
                 return Ok(());
             }
             Err(problem) if problem.kind == Kind::Callback || attempt >= app.args.callback_attempts => {
@@ -243,6 +235,17 @@ async fn one(
     Ok(())
 }
 
+/// Something of a job that the disk takes its time for.
+async fn on_disk<T: Send + 'static>(
+    jobs: &Jobs,
+    name: &str,
+    of: impl FnOnce(&Spool, &str) -> std::io::Result<T> + Send + 'static,
+) -> Result<T, String> {
+    let (spool, name) = (Arc::clone(&jobs.spool), name.to_owned());
+    let done = tokio::task::spawn_blocking(move || of(&spool, &name)).await;
+    done.map_err(|e| e.to_string())?.map_err(|e| format!("the spool: {e}"))
+}
+
 async fn remove(app: &App, name: String) {
     if let Ok(jobs) = jobs(app) {
         let spool = Arc::clone(&jobs.spool);
@@ -255,9 +258,7 @@ async fn remove(app: &App, name: String) {
 /// for it.
 async fn draw(app: &Arc<App>, service: &Service, name: &str) -> Result<Option<u64>, String> {
     let jobs = jobs(app).map_err(|problem| problem.message)?;
-    let (spool, of) = (Arc::clone(&jobs.spool), name.to_owned());
-    let read = tokio::task::spawn_blocking(move || spool.read(&of)).await.map_err(|e| e.to_string())?;
-    let (job, body) = read.map_err(|e| format!("the spool: {e}"))?;
+    let (job, body) = on_disk(jobs, name, Spool::read).await?;
     let Ok(answer) = hyper::service::Service::call(service, request(app, name, &job, body.into())?).await;
     if matches!(answer.status(), StatusCode::TOO_MANY_REQUESTS | StatusCode::SERVICE_UNAVAILABLE) {
         let wait =
@@ -269,9 +270,7 @@ async fn draw(app: &Arc<App>, service: &Service, name: &str) -> Result<Option<u6
     let content_type = kind.unwrap_or("application/octet-stream").to_owned();
     let outcome = Outcome { status: answer.status().as_u16(), content_type };
     let result = answer.into_body().collect().await.map_err(|e| e.to_string())?.to_bytes();
-    let (spool, of) = (Arc::clone(&jobs.spool), name.to_owned());
-    let kept = tokio::task::spawn_blocking(move || spool.finish(&of, &outcome, &result)).await;
-    kept.map_err(|e| e.to_string())?.map_err(|e| format!("the spool: {e}"))?;
+    on_disk(jobs, name, move |spool, name| spool.finish(name, &outcome, &result)).await?;
     Ok(None)
 }
 

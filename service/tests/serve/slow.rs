@@ -75,7 +75,7 @@ fn half_heads_give_way_to_good_requests() {
     // The oldest have given way, and were told.
     assert_eq!(answer(&mut half[0]).unwrap().error(503).0, "busy");
     let gone = closed(&service, "full");
-    assert!(gone >= 1.0 && gone < 10.0, "{gone}");
+    assert!((1.0..10.0).contains(&gone), "{gone}");
     // Other clients' connections stay, where one has most of them.
     let mut other = half_head(&service, "127.0.0.2");
     for _ in 0..3 {
