@@ -7,6 +7,7 @@ use overcoat::description::{Description, EnvironmentChoice, MaterialChoice};
 use overcoat_cli::args::DrawArgs;
 use overcoat_cli::value_parsers;
 use overcoat_worker::protocol::Start;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a file that all pictures have in common, at most.
@@ -97,6 +98,7 @@ impl Common {
             threads: draw.machine.workers.threads.max(1),
             sandbox: true,
             memory: None,
+            environments: BTreeMap::new(),
         };
         Ok(Self { keys: Keys::new(&start, &files), start })
     }
@@ -125,7 +127,11 @@ fn files_of(description: &Description) -> Result<Vec<(String, Vec<u8>)>, String>
     paths.iter().map(|path| Ok((path.to_string_lossy().into_owned(), read(path)?))).collect()
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, String> {
+/// Content of a file that all pictures have in common.
+///
+/// # Errors
+/// One line that names the file.
+pub fn read(path: &Path) -> Result<Vec<u8>, String> {
     let about = |reason: String| format!("{}: {reason}", path.display());
     let size = std::fs::metadata(path).map_err(|e| about(e.to_string()))?.len();
     if size > LARGEST_FILE {

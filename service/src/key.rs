@@ -3,6 +3,7 @@
 use crate::files::Needed;
 use overcoat_worker::protocol::{PictureRequest, Start};
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// Content keys: two pictures with the same key have the same bytes.
 ///
@@ -11,6 +12,8 @@ use serde_json::Value;
 #[derive(Clone, Debug)]
 pub struct Keys {
     common: blake3::Hasher,
+    /// Hashes of environments, by the names that pictures ask for them by.
+    environments: BTreeMap<String, String>,
 }
 
 impl Keys {
@@ -28,7 +31,13 @@ impl Keys {
         }
         part(&mut common, description.to_string().as_bytes());
         part(&mut common, start.variant.as_deref().unwrap_or_default().as_bytes());
-        Self { common }
+        Self { common, environments: BTreeMap::new() }
+    }
+
+    /// The same for pictures that may ask for environments by name, whose contents have these hashes.
+    #[must_use]
+    pub fn with_environments(self, environments: BTreeMap<String, String>) -> Self {
+        Self { environments, ..self }
     }
 
     /// The key of a picture of a model, of which its BLAKE3 hash and its name are known.
@@ -44,6 +53,10 @@ impl Keys {
             part(&mut hasher, file.name.as_bytes());
             part(&mut hasher, &[u8::from(file.alike)]);
             part(&mut hasher, file.hash.as_deref().unwrap_or("-").as_bytes());
+        }
+        let named = request.keys.get("env").and_then(Value::as_str);
+        if let Some(hash) = named.and_then(|name| self.environments.get(name)) {
+            part(&mut hasher, hash.as_bytes());
         }
         let request = serde_json::to_vec(request).unwrap_or_default();
         part(&mut hasher, &request);
@@ -117,5 +130,18 @@ mod tests {
         all.sort();
         all.dedup();
         assert_eq!(all.len(), 10);
+    }
+
+    #[test]
+    fn environments_have_their_content_in_keys() {
+        let of = |name: &str, hash: &str, asked: &str| {
+            let named = BTreeMap::from([(name.to_owned(), hash.to_owned())]);
+            let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
+            request.keys.insert("env".to_owned(), asked.into());
+            Keys::new(&Start::default(), &[]).with_environments(named).of("m", "m.glb", &[], &request)
+        };
+        assert_eq!(of("sky", "1", "sky"), of("sky", "1", "sky"));
+        assert_ne!(of("sky", "1", "sky"), of("sky", "2", "sky"));
+        assert_eq!(of("sky", "1", "studio"), of("sky", "2", "studio"));
     }
 }

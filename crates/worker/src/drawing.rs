@@ -11,15 +11,16 @@ use crate::model_source::ModelSource;
 use crate::picture_format::PictureFormat;
 use crate::picture_task::{PictureTask, Pixels, RenderedPicture};
 use crate::pipe::Pipe;
-use crate::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Work};
+use crate::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Turntable, Work};
 use crate::render_report::{self, RenderReport};
 use crate::report::Stages;
 use crate::resources::peak_rss_bytes;
+use crate::turntable;
 use overcoat_core::frame::{Aov, DisplayOptions, Meter};
 use overcoat_core::limits::Limits;
 use overcoat_description::{Description, Machine, Setting};
 use overcoat_image::output::{
-    DEFAULT_JPEG_QUALITY, OutputFormat, OutputOptions, encode, encode_aov_png, encode_image,
+    DEFAULT_JPEG_QUALITY, MovieFormat, OutputFormat, OutputOptions, encode, encode_aov_png, encode_image,
 };
 use overcoat_load::{Context, LoadOptions, Loaded, TextureLoading, Warning, load_named_bytes};
 use overcoat_render::Renderer;
@@ -43,16 +44,23 @@ pub(crate) struct Drawing<'a> {
 struct Planned {
     description: Description,
     options: LoadOptions,
-    format: OutputFormat,
+    format: PlannedFormat,
     aovs: Vec<Aov>,
 }
 
+/// Format of the file of a picture.
+#[derive(Clone, Copy)]
+enum PlannedFormat {
+    Still(OutputFormat),
+    Turn(MovieFormat, Turntable),
+}
+
 /// A model in its setting.
-struct Dressed {
+pub(crate) struct Dressed {
     /// The picture that it was made for, without what cameras and screens see of it.
     of: Description,
-    scene: Scene,
-    warnings: Vec<Warning>,
+    pub(crate) scene: Scene,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 impl Drawing<'_> {
@@ -84,9 +92,17 @@ impl Drawing<'_> {
             }
             .and_then(|mut model| {
                 let request = &work.pictures[k];
-                let drawn = match request.diagnose {
-                    true => self.diagnose(k, &work.name, plan, &mut model),
-                    false => self.draw_one((k, request), &work.name, plan, &model, &mut stages),
+                let drawn = match plan.format {
+                    _ if request.diagnose => self.diagnose(k, &work.name, plan, &mut model),
+                    PlannedFormat::Still(format) => {
+                        self.draw_one((k, request, format), &work.name, plan, &model, &mut stages)
+                    }
+                    PlannedFormat::Turn(format, turntable) => {
+                        let Planned { description, options, .. } = plan;
+                        let turn = turntable::Plan { description, options, format, turntable };
+                        // Its light has turned.
+                        return self.draw_turn(k, &work.name, &turn, &mut model, &mut stages);
+                    }
                 };
                 dressed = Some(model);
                 drawn
@@ -120,8 +136,14 @@ impl Drawing<'_> {
         let options = description.load_options()?.with_textures(TextureLoading::ByNeed);
         let options = options.with_variant(self.start.variant.clone());
         description.options(Machine::default(), &self.limits)?;
-        let format = OutputFormat::from_extension(&request.format)
-            .ok_or_else(|| Failure::usage(format!("'{}' is no format of pictures", request.format)))?;
+        let format = match &request.turntable {
+            Some(turn) => PlannedFormat::Turn(turntable::format_of(&request.format, turn)?, *turn),
+            None => {
+                PlannedFormat::Still(OutputFormat::from_extension(&request.format).ok_or_else(|| {
+                    Failure::usage(format!("'{}' is no format of pictures", request.format))
+                })?)
+            }
+        };
         if request.jpeg_quality.is_some_and(|quality| !(1..=100).contains(&quality)) {
             return Err(Failure::usage("jpeg_quality: expected 1 to 100"));
         }
@@ -143,6 +165,11 @@ impl Drawing<'_> {
             _ => serde_json::Map::new(),
         };
         all.extend(request.keys.clone());
+        if let Some(env) = request.keys.get("env").and_then(Value::as_str)
+            && let Some(path) = self.start.environments.get(env)
+        {
+            all.insert("env".to_owned(), path.to_string_lossy().into());
+        }
         let description = description_of(&Value::Object(all));
         // It comes from whoever asks, not from a file.
         description.map_err(|failure| match failure.exit_code() {
@@ -206,18 +233,18 @@ impl Drawing<'_> {
     /// Draws a picture and hands it over.
     fn draw_one(
         &mut self,
-        (number, request): (usize, &PictureRequest),
+        (number, request, format): (usize, &PictureRequest, OutputFormat),
         name: &str,
         plan: &Planned,
         model: &Dressed,
         stages: &mut Stages,
     ) -> Result<(), Failure> {
         let start = Instant::now();
-        let Planned { format, aovs, .. } = plan;
+        let aovs = &plan.aovs;
         let source = ModelSource { path: name.into(), format: None, options: plan.options.clone() };
         let mut task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
         task.allow_empty = self.start.allow_empty;
-        let behind = task.behind_for(*format);
+        let behind = task.behind_for(format);
         task.options.aovs.clone_from(aovs);
         let (scene, source) = (&model.scene, &task.source);
         let camera = task.camera(source, scene)?;
@@ -238,7 +265,7 @@ impl Drawing<'_> {
         warnings.extend(task.check_coverage(source, scene, &camera, &stats)?);
         let display = display.with_exposure(exposure).with_meter(Meter::Never);
         let begun = Instant::now();
-        let (files, encoded) = encode_files(&pixels, *format, aovs, request.jpeg_quality, &display)?;
+        let (files, encoded) = encode_files(&pixels, format, aovs, request.jpeg_quality, &display)?;
         stages.add("encode", begun.elapsed());
         let report = match &pixels {
             Pixels::Frame(frame) if request.report => {
@@ -255,7 +282,7 @@ impl Drawing<'_> {
                     scene,
                     camera: &camera,
                     stats: &stats,
-                    format: PictureFormat::File(*format),
+                    format: PictureFormat::File(format),
                     frame_hash: frame.frame_hash(),
                     encoded,
                     exposure,

@@ -29,6 +29,8 @@ pub mod report;
 pub mod resources;
 mod rights;
 pub mod signals;
+pub mod turning;
+pub mod turntable;
 
 pub use contents::Contents;
 

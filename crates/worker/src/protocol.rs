@@ -4,10 +4,13 @@
 //! little-endian), then both. A worker's parent parses nothing but headers, which are bounded.
 
 use crate::failure::Failure;
+use crate::turning::Turn;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
+use std::path::PathBuf;
 
 /// Bytes of a header at most.
 pub const LARGEST_HEADER: usize = 1 << 20;
@@ -63,6 +66,9 @@ pub struct Start {
     /// Pictures may show nothing.
     #[serde(default)]
     pub allow_empty: bool,
+    /// Files of environments by the names that pictures may ask for them by, beside that of the description.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub environments: BTreeMap<String, PathBuf>,
 }
 
 /// One model and its pictures.
@@ -81,7 +87,7 @@ pub struct Work {
 pub struct PictureRequest {
     /// Keys of a scene file that are laid over those of [`Start::description`].
     pub keys: Map<String, Value>,
-    /// Extension of the file: png, webp, jpg, exr, hdr.
+    /// Extension of the file: png, webp, jpg, exr, hdr; of a moving picture png, webp, gif.
     pub format: String,
     /// 1 to 100.
     #[serde(default)]
@@ -92,9 +98,24 @@ pub struct PictureRequest {
     /// Tell all that `overcoat render --json` tells.
     #[serde(default)]
     pub report: bool,
+    /// A moving picture of the model once around.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turntable: Option<Turntable>,
     /// Tell what `overcoat diagnose --json` tells as the report of a picture without files.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub diagnose: bool,
+}
+
+/// A moving picture of a model once around.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Turntable {
+    /// Frames of the turn, at least 1.
+    pub frames: u32,
+    /// Frames a second.
+    pub fps: f64,
+    /// Choice of what turns.
+    #[serde(default)]
+    pub turn: Turn,
 }
 
 /// Why a file is not to be had.

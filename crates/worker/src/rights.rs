@@ -19,6 +19,7 @@ pub(crate) fn give_up(start: &Start, common: &Description) -> Result<(), Failure
     if let Some(EnvironmentChoice::File(path)) = &common.env {
         grants.read_files.push(path.clone());
     }
+    grants.read_files.extend(start.environments.values().cloned());
     for choice in common.material_choices() {
         if let Some(path) = choice.source.file() {
             grants.read_with_folder(path);

@@ -15,12 +15,12 @@ pub struct Allowed {
 }
 
 impl Allowed {
-    /// Parses a URL that sources begin with.
+    /// Parses a URL that others begin with, of this option.
     ///
     /// # Errors
     /// One line.
-    pub fn new(text: &str) -> Result<Self, String> {
-        let about = |reason: &str| format!("--allow-source {text}: {reason}");
+    pub fn new(option: &str, text: &str) -> Result<Self, String> {
+        let about = |reason: &str| format!("{option} {text}: {reason}");
         let (scheme, rest) =
             text.split_once("://").ok_or_else(|| about("expected a URL, as https://example.com/"))?;
         let scheme = scheme.to_ascii_lowercase();
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     fn allows(allowed: &str, url: &str) -> bool {
-        Allowed::new(allowed).unwrap().below(&Url::parse(url).unwrap()).is_some()
+        Allowed::new("--allow-source", allowed).unwrap().below(&Url::parse(url).unwrap()).is_some()
     }
 
     #[test]
@@ -99,7 +99,7 @@ mod tests {
             assert!(!allows(allowed, url), "{allowed} {url}");
         }
         for wrong in ["a.org", "file:///etc", "local://x", "s3://"] {
-            assert!(Allowed::new(wrong).is_err(), "{wrong}");
+            assert!(Allowed::new("--allow-source", wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -110,7 +110,10 @@ fn whole(
     let headers = response.headers_mut();
     common_headers(app, wishes, &picture.key, headers);
     set(headers, header::CONTENT_TYPE, &picture.media_type);
-    set(headers, SIZE, &format!("{}x{}", picture.width, picture.height));
+    // Several pictures have none in common.
+    if picture.width > 0 {
+        set(headers, SIZE, &format!("{}x{}", picture.width, picture.height));
+    }
     headers.insert(HeaderName::from_static("server-timing"), timing(picture, from));
     if !picture.warnings.is_empty() {
         set(headers, WARNINGS, &warnings(&picture.warnings));

@@ -3,13 +3,16 @@
 use super::args::ServeArgs;
 use super::body::Bodies;
 use super::cache::{Cache, Picture};
+use super::callback::Callbacks;
 use super::clock::Clock;
+use super::environments::Environments;
 use super::error::Problem;
 use super::failures::Failures;
 use super::fair::{Client, Priority};
 use super::fallback::Fallback;
 use super::flight::Flights;
 use super::gate::{Gate, Order, Place};
+use super::jobs::Jobs;
 use super::metrics::Metrics;
 use super::offers::Preset;
 use super::path::options_of_preset;
@@ -71,6 +74,8 @@ pub struct App {
     pub sources: Arc<Sources>,
     /// Limits of request bodies.
     pub bodies: Bodies,
+    /// Requests that are done later, if any are taken.
+    pub jobs: Option<Jobs>,
     /// Workers have shown that they can draw.
     pub ready: AtomicBool,
     /// No more requests are taken.
@@ -88,16 +93,22 @@ impl App {
         let mut args = args;
         // The first thread of a worker is its only one, unless more are asked for.
         args.draw.machine.workers.threads = args.draw.machine.workers.threads.max(1);
-        let common = Common::new(&args.draw)?;
+        let mut common = Common::new(&args.draw)?;
+        let Environments { files, hashes } =
+            Environments::new(&args.environment).map_err(|e| format!("--environment {e}"))?;
+        common.start.environments = files;
         let rules = rules(&args, &common.start)?;
         let metrics = Arc::new(Metrics::default());
         let seconds = Duration::from_secs_f64;
         let sources =
             Sources::new(args.local.as_deref(), &args.allow_source, &args.allow_network, args.max_body)?;
+        let signer = Signer::new(&args.key, &args.salt, args.allow_unsigned)?;
+        let jobs = jobs(&args, &signer)?;
         Ok(Self {
+            jobs,
             rules,
             pool: Pool::new(pool_options(&args, &common.start)?),
-            keys: common.keys,
+            keys: common.keys.with_environments(hashes),
             gate: Gate::new(args.workers(), args.queue, seconds(args.queue_seconds)),
             flights: Flights::default(),
             failures: Failures::new(seconds(args.failure_seconds)),
@@ -114,7 +125,7 @@ impl App {
                 .map(Fallback::read)
                 .transpose()
                 .map_err(|e| format!("--fallback {e}"))?,
-            signer: Signer::new(&args.key, &args.salt, args.allow_unsigned)?,
+            signer,
             sources: Arc::new(sources),
             bodies: Bodies::new(args.max_body, seconds(args.body_seconds), args.body_rate, args.body_memory),
             ready: AtomicBool::new(false),
@@ -203,6 +214,21 @@ impl App {
     }
 }
 
+/// Jobs, where there is a folder for them.
+fn jobs(args: &ServeArgs, signer: &Signer) -> Result<Option<Jobs>, String> {
+    let patience = Duration::from_secs_f64(args.source_seconds);
+    let callbacks = Callbacks::new(&args.allow_callback, &args.allow_network, patience)?;
+    let Some(folder) = &args.spool else { return Ok(None) };
+    if !signer.has_key() {
+        return Err("--spool: results are signed, with --key and --salt".to_owned());
+    }
+    if args.allow_callback.is_empty() {
+        return Err("--spool: no job has a callback without --allow-callback".to_owned());
+    }
+    let most = (args.spool_jobs, args.spool_bytes);
+    Jobs::new(folder, most, callbacks).map(Some).map_err(|e| format!("--spool {e}"))
+}
+
 /// Holders of keys, of the file and of the environment.
 fn rights_of(args: &ServeArgs) -> Result<Rights, String> {
     let variable = std::env::var(rights::VARIABLE).ok();
@@ -212,6 +238,7 @@ fn rights_of(args: &ServeArgs) -> Result<Rights, String> {
 fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
     let mut rules = Rules::new(&start.description, args.draw.input.limits.limits(), &args.encoding);
     (rules.max_size, rules.max_price) = (args.max_size, args.max_price);
+    rules.environments.clone_from(&start.environments);
     if let Some(path) = &args.presets {
         rules.add_file(path).map_err(|e| format!("--presets {e}"))?;
     }

@@ -40,17 +40,30 @@ pub struct ServeArgs {
     #[arg(long, value_name = "NETWORK", value_delimiter = ',', value_parser = Network::new, help_heading = "Connections")]
     pub trusted_proxies: Vec<Network>,
 
-    /// Connections at a time; further ones wait
+    /// Connections at a time; for further ones those give way that wait for a request, of the client with most of them first
     #[arg(long, value_name = "N", default_value = "1024", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]
     pub max_connections: usize,
 
-    /// Seconds that the head of a request may take, and that a connection may be idle
+    /// Connections at a time of one address (IPv6: of one network of 64 bits); further ones are refused (429). --trusted-proxies may have
+    /// any number [default: a quarter of all]
+    #[arg(long, value_name = "N", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]
+    pub client_connections: Option<usize>,
+
+    /// Seconds that the head of a request may take (408)
     #[arg(long, value_name = "SECONDS", default_value = "15", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
     pub header_seconds: f64,
 
-    /// Seconds that a client may take no byte of an answer
+    /// Seconds between an answer and the next request on its connection
+    #[arg(long, value_name = "SECONDS", default_value = "15", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
+    pub idle_seconds: f64,
+
+    /// Seconds that a client may take no more of an answer, and that an answer may take beside those of --write-rate
     #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
     pub write_seconds: f64,
+
+    /// Bytes a second that an answer must be taken with on average
+    #[arg(long, value_name = "BYTES", default_value = "4Ki", value_parser = bytes, help_heading = "Connections")]
+    pub write_rate: u64,
 
     /// Bytes of a body, or of a model from a source with all its files; suffixes as of --limit
     #[arg(long, value_name = "BYTES", default_value = "64Mi", value_parser = bytes, help_heading = "Connections")]
@@ -84,6 +97,11 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FILE", help_heading = "Pictures")]
     pub fallback: Option<PathBuf>,
 
+    /// Environment that requests may name (env=NAME): an equirectangular picture (HDR, EXR, PNG, JPEG); may be repeated. In a file:
+    /// [environment] sky = \"/srv/sky.hdr\"
+    #[arg(long, value_name = "NAME=FILE", help_heading = "Pictures")]
+    pub environment: Vec<String>,
+
     /// Options under a name, as in paths: thumb=size:256/view:front; may be repeated. In a file: [preset] thumb = \"...\"
     #[arg(long, value_name = "NAME=OPTIONS", help_heading = "Pictures")]
     pub preset: Vec<String>,
@@ -97,6 +115,10 @@ pub struct ServeArgs {
     /// number]
     #[arg(long, value_name = "UNITS", value_parser = within::<u64>(1, u64::MAX), help_heading = "Pictures")]
     pub max_price: Option<u64>,
+
+    /// Pictures that one request may ask for (presets, views, sizes)
+    #[arg(long, value_name = "N", default_value = "16", value_parser = within::<usize>(1, 1000), help_heading = "Pictures")]
+    pub max_pictures: usize,
 
     /// Where pictures are kept: a folder, or the URL of a prefix (s3://, gs://, az://) [default: nowhere]
     #[arg(id = "pictures", long = "cache", value_name = "DIR|URL", help_heading = "Cache")]
@@ -155,6 +177,31 @@ pub struct ServeArgs {
     /// Seconds that a source may take, with all its files
     #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = within::<f64>(0.01, 1e6), help_heading = "Sources")]
     pub source_seconds: f64,
+
+    /// Folder of jobs (POST /jobs), which survive the end of the process; one service for each [default: no jobs are taken]
+    #[arg(long, value_name = "DIR", help_heading = "Jobs")]
+    pub spool: Option<PathBuf>,
+
+    /// Jobs in the folder at a time; further ones are refused (429)
+    #[arg(long, value_name = "N", default_value = "1000", value_parser = within::<usize>(1, 1 << 20), help_heading = "Jobs")]
+    pub spool_jobs: usize,
+
+    /// Bytes of their models together
+    #[arg(long, value_name = "BYTES", default_value = "1Gi", value_parser = bytes, help_heading = "Jobs")]
+    pub spool_bytes: u64,
+
+    /// Results of jobs may be sent to what begins with this URL, at a public address or in an --allow-network; may be repeated
+    /// [default: nowhere]
+    #[arg(long, value_name = "URL", value_delimiter = ',', help_heading = "Jobs")]
+    pub allow_callback: Vec<String>,
+
+    /// Seconds until a callback that has failed is tried again, doubled each time up to an hour
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = within::<f64>(0.01, 3600.0), help_heading = "Jobs")]
+    pub callback_seconds: f64,
+
+    /// Attempts at a callback, counted anew by each start of the service
+    #[arg(long, value_name = "N", default_value = "10", value_parser = within::<u32>(1, 1000), help_heading = "Jobs")]
+    pub callback_attempts: u32,
 
     /// Seconds for which a failure is answered again without another attempt, doubled by each further one up to 10 minutes; 0 for
     /// never. SIGHUP forgets all

@@ -27,6 +27,10 @@ pub fn query(request: &PictureRequest) -> String {
         }
     }
     pairs.insert("format", request.format.clone());
+    if let Some(turn) = &request.turntable {
+        pairs.insert("turntable", turn.frames.to_string());
+        pairs.insert("fps", turn.fps.to_string());
+    }
     if let Some(quality) = request.jpeg_quality {
         pairs.insert("jpeg_quality", quality.to_string());
     }

@@ -36,13 +36,15 @@ pub enum Kind {
     Origin,
     /// A source that is not allowed.
     Source,
+    /// A callback that is not allowed.
+    Callback,
     /// No such route, or no such source.
     NotFound,
     /// Another method is needed.
     Method,
     /// No format that the client accepts.
     NotAcceptable,
-    /// The body came too slowly.
+    /// The head or the body came too slowly.
     Slow,
     /// The body, or the source, is too large.
     TooLarge,
@@ -60,10 +62,14 @@ pub enum Kind {
     Memory,
     /// The worker ended.
     Worker,
+    /// The spool of jobs cannot be written.
+    Spool,
     /// The source cannot be read.
     SourceFailed,
     /// The quota of the key is spent.
     Quota,
+    /// The client has too many connections.
+    Connections,
     /// The queue is full.
     QueueFull,
     /// No worker was free in time, or there is no memory for another body.
@@ -93,6 +99,7 @@ impl Kind {
         Self::KeyExpired,
         Self::Origin,
         Self::Source,
+        Self::Callback,
         Self::NotFound,
         Self::Method,
         Self::NotAcceptable,
@@ -105,8 +112,10 @@ impl Kind {
         Self::Price,
         Self::Memory,
         Self::Worker,
+        Self::Spool,
         Self::SourceFailed,
         Self::Quota,
+        Self::Connections,
         Self::QueueFull,
         Self::Busy,
         Self::Stopping,
@@ -140,6 +149,7 @@ impl Kind {
             Self::KeyExpired => (StatusCode::UNAUTHORIZED, "key_expired"),
             Self::Origin => (StatusCode::FORBIDDEN, "origin"),
             Self::Source => (StatusCode::FORBIDDEN, "source"),
+            Self::Callback => (StatusCode::FORBIDDEN, "callback"),
             Self::NotFound => (StatusCode::NOT_FOUND, "not_found"),
             Self::Method => (StatusCode::METHOD_NOT_ALLOWED, "method"),
             Self::NotAcceptable => (StatusCode::NOT_ACCEPTABLE, "not_acceptable"),
@@ -152,8 +162,10 @@ impl Kind {
             Self::Price => (StatusCode::UNPROCESSABLE_ENTITY, "price"),
             Self::Memory => (StatusCode::UNPROCESSABLE_ENTITY, "memory"),
             Self::Worker => (StatusCode::INTERNAL_SERVER_ERROR, "worker"),
+            Self::Spool => (StatusCode::INSUFFICIENT_STORAGE, "spool"),
             Self::SourceFailed => (StatusCode::BAD_GATEWAY, "source_failed"),
             Self::Quota => (StatusCode::TOO_MANY_REQUESTS, "quota"),
+            Self::Connections => (StatusCode::TOO_MANY_REQUESTS, "connections"),
             Self::QueueFull => (StatusCode::TOO_MANY_REQUESTS, "queue_full"),
             Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, "busy"),
             Self::Stopping => (StatusCode::SERVICE_UNAVAILABLE, "stopping"),
@@ -204,6 +216,12 @@ impl Problem {
     #[must_use]
     pub fn retry_after(self, seconds: u64) -> Self {
         Self { retry_after: Some(seconds), ..self }
+    }
+
+    /// The same about one of several pictures.
+    #[must_use]
+    pub fn of(self, name: &str) -> Self {
+        Self { message: format!("{name}: {}", self.message), ..self }
     }
 
     /// The same with a header.

@@ -4,10 +4,11 @@
 use super::address::{Network, is_allowed};
 use super::error::{Kind, Problem};
 use bytes::Bytes;
-use http_body_util::{BodyExt, Empty};
+use http_body_util::{BodyExt, Full};
 use hyper::body::Incoming;
 use hyper::client::conn::http1;
-use hyper::{Request, Response, StatusCode, header};
+use hyper::header::HeaderName;
+use hyper::{Method, Request, Response, StatusCode, header};
 use hyper_util::rt::TokioIo;
 use rustls::ClientConfig;
 use rustls::pki_types::ServerName;
@@ -74,23 +75,58 @@ impl Fetcher {
     }
 
     async fn ask(&self, url: &Url) -> Result<Response<Incoming>, Problem> {
+        let accept = [(header::ACCEPT, "model/*, */*;q=0.8".to_owned())];
+        self.send(Method::GET, url, &accept, Bytes::new()).await
+    }
+
+    /// Sends a body. Returns the status of the answer, which is not read; redirects are not followed.
+    ///
+    /// # Errors
+    /// [`Problem`].
+    pub async fn post(
+        &self,
+        url: &Url,
+        headers: &[(HeaderName, String)],
+        body: Bytes,
+    ) -> Result<StatusCode, Problem> {
+        self.send(Method::POST, url, headers, body).await.map(|response| response.status())
+    }
+
+    async fn send(
+        &self,
+        method: Method,
+        url: &Url,
+        headers: &[(HeaderName, String)],
+        body: Bytes,
+    ) -> Result<Response<Incoming>, Problem> {
         let stream = self.connect(url).await?;
         let broken = |e: hyper::Error| failed(format!("the source's answer: {e}"));
         let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await.map_err(broken)?;
         // It ends with the response.
         tokio::spawn(connection);
         let host = &url[url::Position::BeforeHost..url::Position::AfterPort];
-        let request = Request::get(&url[url::Position::BeforePath..url::Position::AfterQuery])
+        let mut request = Request::builder()
+            .method(method)
+            .uri(&url[url::Position::BeforePath..url::Position::AfterQuery])
             .header(header::HOST, host)
-            .header(header::USER_AGENT, concat!("overcoat/", env!("CARGO_PKG_VERSION")))
-            .header(header::ACCEPT, "model/*, */*;q=0.8")
-            .body(Empty::<Bytes>::new())
-            .map_err(|e| failed(e.to_string()))?;
+            .header(header::USER_AGENT, concat!("overcoat/", env!("CARGO_PKG_VERSION")));
+        for (name, text) in headers {
+            request = request.header(name, text);
+        }
+        let request = request.body(Full::new(body)).map_err(|e| failed(e.to_string()))?;
         sender.send_request(request).await.map_err(broken)
     }
 
-    /// A socket to an address of the URL's host that is allowed.
-    async fn connect(&self, url: &Url) -> Result<Box<dyn Stream>, Problem> {
+    /// Checks that the host of a URL has an address that is allowed.
+    ///
+    /// # Errors
+    /// [`Kind::Source`] if it has none.
+    pub async fn check(&self, url: &Url) -> Result<(), Problem> {
+        self.addresses(url).await.map(drop)
+    }
+
+    /// Addresses of the URL's host that are allowed, of which there is one at least.
+    async fn addresses(&self, url: &Url) -> Result<Vec<SocketAddr>, Problem> {
         let port = url.port_or_known_default().unwrap_or(80);
         let addresses = addresses(url, port).await?;
         let allowed: Vec<SocketAddr> =
@@ -98,6 +134,12 @@ impl Fetcher {
         if allowed.is_empty() {
             return Err(Problem::new(Kind::Source, "the source is in a private network"));
         }
+        Ok(allowed)
+    }
+
+    /// A socket to an address of the URL's host that is allowed.
+    async fn connect(&self, url: &Url) -> Result<Box<dyn Stream>, Problem> {
+        let allowed = self.addresses(url).await?;
         let stream =
             TcpStream::connect(&allowed[..]).await.map_err(|e| failed(format!("the source: {e}")))?;
         let peer = stream.peer_addr().map_err(|e| failed(format!("the source: {e}")))?;

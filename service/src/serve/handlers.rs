@@ -4,6 +4,7 @@ use super::accept;
 use super::answer::{Wishes, respond};
 use super::app::App;
 use super::body::Held;
+use super::bundle::{self, Model};
 use super::error::{Kind, Problem};
 use super::media;
 use super::options::{Options, Priced, of_pairs};
@@ -63,12 +64,7 @@ async fn answer_body(
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     // Errors in the options are told before the model is read.
-    let checked = options.and_then(|options| {
-        let (format, _) = format(app, &options, &parts.headers)?;
-        let priced = options.priced(format, &app.rules)?;
-        app.order(&trace, priced.price, priced.priority)?;
-        Ok(options)
-    });
+    let checked = options.and_then(|options| checked(app, &trace, options, &parts.headers));
     let mut options = match checked {
         Ok(options) => options,
         Err(problem) => {
@@ -80,18 +76,25 @@ async fn answer_body(
     for (key, text) in &upload.fields {
         options.set(key, text, &app.rules)?;
     }
-    let (format, negotiated) = format(app, &options, &parts.headers)?;
-    let Priced { request, price, priority } = options.priced(format, &app.rules)?;
-    trace.options(&options, &request, price);
-    settle(&trace, &mut upload, &options)?;
-    let wishes = Wishes {
+    let mut wishes = Wishes {
         method: &parts.method,
         headers: &parts.headers,
-        negotiated,
-        price,
+        negotiated: false,
+        price: 0,
         seconds: None,
         needs_key: app.needs_key(true),
     };
+    if !options.several.is_empty() {
+        settle(&trace, &mut upload, &options)?;
+        let (identity, files) = (upload.identity(), Arc::new(upload.files));
+        let (name, model, held) = (upload.name, upload.model, Arc::new(upload.held));
+        return several(app, Model { name, model, files, identity, trace, held }, &options, wishes).await;
+    }
+    let (format, negotiated) = format(app, &options, &parts.headers)?;
+    let Priced { request, price, priority } = options.priced(format, &app.rules)?;
+    (wishes.negotiated, wishes.price) = (negotiated, price);
+    trace.options(&options, &request, price);
+    settle(&trace, &mut upload, &options)?;
     let asked = Asked {
         identity: upload.identity(),
         name: upload.name,
@@ -100,10 +103,43 @@ async fn answer_body(
         request,
         order: app.order(&trace, price, priority)?,
         trace,
-        held: upload.held,
+        held: Arc::new(upload.held),
     };
     let answer = picture(app, asked, |key| wishes.has(key)).await?;
     Ok(respond(app, &wishes, &answer))
+}
+
+/// Options with which a picture, or several, can be drawn, as far as that is known without the model.
+pub(super) fn checked(
+    app: &App,
+    trace: &Trace,
+    options: Options,
+    headers: &HeaderMap,
+) -> Result<Options, Problem> {
+    let (price, priority) = if options.several.is_empty() {
+        let (format, _) = format(app, &options, headers)?;
+        let priced = options.priced(format, &app.rules)?;
+        (priced.price, priced.priority)
+    } else {
+        (options.several.parts(&options, &app.rules, app.args.max_pictures)?.price, None)
+    };
+    app.order(trace, price, priority).map(|_| options)
+}
+
+/// The pictures of the lists of a request.
+async fn several(
+    app: &Arc<App>,
+    of: Model,
+    options: &Options,
+    mut wishes: Wishes<'_>,
+) -> Result<Response, Problem> {
+    let parts = options.several.parts(options, &app.rules, app.args.max_pictures)?;
+    wishes.price = parts.price;
+    of.trace.pictures(parts.all.len());
+    if let Some(first) = parts.all.first() {
+        of.trace.options(options, &first.priced.request, parts.price);
+    }
+    bundle::answer(app, of, parts, &wishes).await
 }
 
 /// Model of a body.
@@ -125,6 +161,7 @@ pub(super) fn settle(trace: &Trace, upload: &mut Upload, options: &Options) -> R
 fn format(app: &App, options: &Options, headers: &HeaderMap) -> Result<(OutputFormat, bool), Problem> {
     match options.format {
         Some(format) => Ok((format, false)),
+        None if options.has_format() => Ok((app.rules.format, false)),
         None => {
             let accept = headers.get(header::ACCEPT).and_then(|value| value.to_str().ok());
             Ok((accept::format(accept, app.rules.format)?, true))
@@ -143,6 +180,22 @@ pub async fn path(
 ) -> Result<Response, Problem> {
     let (parts, _) = request.into_parts();
     let asked = signed(&app, &parts.uri, "")?;
+    if !asked.options.several.is_empty() {
+        // Errors in the options are told before the model is read.
+        asked.options.several.parts(&asked.options, &app.rules, app.args.max_pictures)?;
+        let (Source { name, model, files }, held) = open(&app, &trace, &asked.source).await?;
+        let wishes = Wishes {
+            method: &parts.method,
+            headers: &parts.headers,
+            negotiated: false,
+            price: 0,
+            seconds: asked.expires.map(|end| end.saturating_sub(app.seconds())),
+            needs_key: app.needs_key(false),
+        };
+        let (identity, held) = (asked.source, Arc::new(held));
+        let of = Model { name, model, files, identity, trace, held };
+        return several(&app, of, &asked.options, wishes).await;
+    }
     let (format, negotiated) = format(&app, &asked.options, &parts.headers)?;
     let Priced { request, price, priority } = asked.options.priced(format, &app.rules)?;
     trace.options(&asked.options, &request, price);
@@ -157,6 +210,7 @@ pub async fn path(
         needs_key: app.needs_key(false),
     };
     let order = app.order(&trace, price, priority)?;
+    let held = Arc::new(held);
     let asked = Asked { name, model, files, identity: asked.source, request, order, trace, held };
     let answer = picture(&app, asked, |key| wishes.has(key)).await?;
     Ok(respond(&app, &wishes, &answer))

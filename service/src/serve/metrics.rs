@@ -48,6 +48,7 @@ pub struct Metrics {
     cache_bytes: Gauge,
     cache_entries: Gauge,
     connections: Gauge,
+    closed: Family<Labels, Counter>,
     working: Gauge,
     waiting: Gauge,
     started: Counter,
@@ -56,6 +57,9 @@ pub struct Metrics {
     remembered: Counter,
     worked: Counter<f64, AtomicU64>,
     units: Counter,
+    bundled: Counter,
+    jobs: Family<Labels, Counter>,
+    spooled: Gauge,
     clock_jumps: Counter,
     keys_failures: Counter,
 }
@@ -72,6 +76,7 @@ impl Default for Metrics {
             cache_bytes: Gauge::default(),
             cache_entries: Gauge::default(),
             connections: Gauge::default(),
+            closed: Family::default(),
             working: Gauge::default(),
             waiting: Gauge::default(),
             started: Counter::default(),
@@ -80,6 +85,9 @@ impl Default for Metrics {
             remembered: Counter::default(),
             worked: Counter::default(),
             units: Counter::default(),
+            bundled: Counter::default(),
+            jobs: Family::default(),
+            spooled: Gauge::default(),
             clock_jumps: Counter::default(),
             keys_failures: Counter::default(),
         };
@@ -117,6 +125,11 @@ impl Metrics {
         registry.register("cache_bytes", "Bytes of the cache in a folder", self.cache_bytes.clone());
         registry.register("cache_entries", "Entries of the cache in a folder", self.cache_entries.clone());
         registry.register("connections", "Open connections", self.connections.clone());
+        registry.register(
+            "connections_closed",
+            "Connections that were closed: head, idle and answer took too long, full and client are of bounds",
+            self.closed.clone(),
+        );
         registry.register("workers_busy", "Requests that have a worker", self.working.clone());
         registry.register("queue_length", "Requests that wait for a worker", self.waiting.clone());
         registry.register("workers_started", "Workers that were started", self.started.clone());
@@ -131,6 +144,17 @@ impl Metrics {
             self.timed_out.clone(),
         );
         registry.register("units", "Price of the work that workers were given", self.units.clone());
+        registry.register(
+            "bundled_pictures",
+            "Pictures that went into answers with several of them",
+            self.bundled.clone(),
+        );
+        registry.register(
+            "jobs",
+            "What happened to jobs: accepted, drawn, delivered, retried, given_up",
+            self.jobs.clone(),
+        );
+        registry.register("jobs_spooled", "Jobs that are in the spool", self.spooled.clone());
         registry.register(
             "clock_jumps",
             "Times that the clock of the system was found to have jumped back",
@@ -169,6 +193,21 @@ impl Metrics {
         self.units.inc_by(price);
     }
 
+    /// Something happened to a job.
+    pub fn job(&self, what: &'static str) {
+        self.jobs.get_or_create(&one("event", what)).inc();
+    }
+
+    /// So many jobs are in the spool.
+    pub fn spooled(&self, jobs: usize) {
+        self.spooled.set(jobs as i64);
+    }
+
+    /// A picture went into an answer with several of them.
+    pub fn bundled(&self) {
+        self.bundled.inc();
+    }
+
     /// A failure of a short while ago has answered a request.
     pub fn remembered(&self) {
         self.remembered.inc();
@@ -203,6 +242,11 @@ impl Metrics {
         } else {
             self.connections.dec()
         };
+    }
+
+    /// A connection was closed for a reason.
+    pub fn closed(&self, reason: &'static str) {
+        self.closed.get_or_create(&one("reason", reason)).inc();
     }
 
     /// All metrics as text, with the counts of pool, gate and cache.

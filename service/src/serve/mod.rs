@@ -7,12 +7,16 @@ mod answer;
 mod app;
 pub mod args;
 mod body;
+mod bundle;
 mod cache;
+mod callback;
 mod canonical;
 mod clock;
 pub mod config;
+mod connections;
 mod cors;
 mod disk;
+mod environments;
 pub(crate) mod error;
 mod failures;
 mod fair;
@@ -23,11 +27,13 @@ mod forwarded;
 mod gate;
 mod handlers;
 mod inspect;
+mod jobs;
 mod listen;
 mod media;
 mod metrics;
 mod offers;
 pub(crate) mod options;
+mod pace;
 mod pages;
 mod path;
 mod pipeline;
@@ -40,10 +46,14 @@ mod render;
 mod rights;
 mod routes;
 pub(crate) mod rules;
+mod sent;
+mod several;
 mod sign;
 mod socket;
 mod source;
+mod spool;
 mod status;
+mod stored;
 mod stream;
 mod trace;
 mod traceparent;
@@ -99,9 +109,12 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
     tokio::spawn(signals(send));
     #[cfg(unix)]
     tokio::spawn(at_hangup(Arc::clone(&app)));
+    // Those that are under way at the end are in the spool for the next start.
+    let at_work = tokio::spawn(jobs::run(Arc::clone(&app)));
     // Until the last request has ended, so that its end can be watched.
     let watched = beside.map(|listener| tokio::spawn(listen::serve_watchers(Arc::clone(&app), listener)));
     listen::serve(Arc::clone(&app), listener, stop).await;
+    at_work.abort();
     watched.inspect(tokio::task::JoinHandle::abort);
     app.pool.finish().await;
     tracing::info!("stopped");
@@ -162,6 +175,17 @@ async fn warm(app: &App) -> Result<(), String> {
         for (_, picture) in drawn {
             picture.map_err(|failure| about(failure.message))?;
         }
+    }
+    for name in app.rules.environments.keys() {
+        let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
+        request.keys.extend([("size".to_owned(), 16.into()), ("env".to_owned(), name.as_str().into())]);
+        let work = Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true };
+        let loaded = app.pool.load(&work, TRIANGLE, &NoFiles, &meter).await;
+        loaded
+            .map_err(|e| format!("--environment {name}: {e}"))?
+            .draw(&[])
+            .await
+            .map_err(|e| e.to_string())?;
     }
     app.ready.store(true, Relaxed);
     Ok(())

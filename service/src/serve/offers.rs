@@ -13,7 +13,8 @@ use toml::{Table, Value};
 /// Bytes of the file at most.
 const LARGEST: u64 = 1 << 20;
 /// Options of requests that are no keys of scene files.
-const OWN_OPTIONS: [&str; 7] = ["aov", "dpr", "env", "format", "jpeg_quality", "material", "size"];
+const OWN_OPTIONS: [&str; 9] =
+    ["aov", "dpr", "env", "format", "fps", "jpeg_quality", "material", "size", "turntable"];
 
 /// A set of options under a name.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,14 +4,21 @@ use super::error::{Kind, Problem};
 use super::fair::Priority;
 use super::offers::Preset;
 use super::price::price;
-use super::rules::{Rules, preset_names, too_dear, unknown_preset};
+use super::rules::{Rules, environment_names, preset_names, unknown_preset};
+use super::several::Several;
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
 use overcoat::frame::Aov;
 use overcoat::output::OutputFormat;
 use overcoat_description::DescriptionOption;
-use overcoat_worker::protocol::PictureRequest;
+use overcoat_worker::protocol::{PictureRequest, Turntable};
+use overcoat_worker::turning::Turn;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
+
+/// Format of moving pictures alone.
+const GIF: &str = "gif";
+/// Frames of a turn a second where no number is given.
+const FRAMES_A_SECOND: f64 = 12.0;
 
 /// Options of a request.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +30,14 @@ pub struct Options {
     dpr: Option<f64>,
     aovs: Vec<String>,
     jpeg_quality: Option<u8>,
+    /// Frames of a turn of the model.
+    turntable: Option<u32>,
+    /// Frames of it a second.
+    fps: Option<f64>,
+    /// The format is GIF, which is for turns alone.
+    is_gif: bool,
+    /// Lists of several pictures.
+    pub several: Several,
     /// Format of the picture.
     pub format: Option<OutputFormat>,
     /// Name of the model's file.
@@ -58,6 +73,9 @@ impl Options {
     /// # Errors
     /// [`Kind::Options`] with the key and the values it takes, [`Kind::NotOffered`], [`Kind::Preset`].
     pub fn set(&mut self, key: &str, text: &str, rules: &Rules) -> Result<(), Problem> {
+        if self.several.set(key, text)? {
+            return Ok(());
+        }
         match key {
             "preset" if rules.offers.presets_only() && self.preset.is_some() => {
                 return Err(Problem::new(Kind::NotOffered, "preset: one at a time is offered here"));
@@ -78,7 +96,12 @@ impl Options {
     /// Takes an option of a request or of a preset.
     pub(super) fn put(&mut self, key: &str, text: &str, rules: &Rules) -> Result<(), Problem> {
         match key {
-            "format" => self.format = Some(format(text)?),
+            "format" => {
+                self.is_gif = text.eq_ignore_ascii_case(GIF);
+                self.format = if self.is_gif { None } else { Some(format(text)?) };
+            }
+            "turntable" => self.turntable = Some(frames(text, rules)?),
+            "fps" => self.fps = Some(fps(text)?),
             "name" => self.name = Some(text.to_owned()),
             "size" => self.size = Some(size(text)?),
             "dpr" => self.dpr = Some(dpr(text)?),
@@ -97,8 +120,8 @@ impl Options {
                 self.take_preset(preset, rules)?;
                 self.preset = Some(text.to_owned());
             }
-            "env" if !matches!(text, "studio" | "none") => {
-                return Err(wrong(format!("env: expected studio or none, got '{text}'")));
+            "env" if !matches!(text, "studio" | "none") && !rules.environments.contains_key(text) => {
+                return Err(wrong(format!("env: expected {}, got '{text}'", environment_names(rules))));
             }
             "material" if MaterialSource::new(text).map_or(true, |source| source.file().is_some()) => {
                 return Err(wrong(format!("material: '{text}' is no built-in material")));
@@ -149,6 +172,34 @@ impl Options {
         Ok(())
     }
 
+    /// Extension of the picture's file, which is of this format unless the model turns in it.
+    ///
+    /// # Errors
+    /// [`Kind::Options`] if there is no such moving picture, or what is for one stands alone.
+    pub fn extension(&self, format: OutputFormat) -> Result<&'static str, Problem> {
+        let still = |name: &str| wrong(format!("{name}: is for a turntable=FRAMES"));
+        match (self.turntable, self.format) {
+            (None, _) if self.is_gif => Err(unknown_format(GIF)),
+            (None, _) if self.fps.is_some() => Err(still("fps")),
+            (None, _) => Ok(format.extension()),
+            (Some(_), _) if !self.aovs.is_empty() => Err(wrong("aov: a turntable has none")),
+            (Some(_), _) if self.is_gif => Ok(GIF),
+            // What a page accepts is not asked: every browser shows it.
+            (Some(_), None | Some(OutputFormat::WebP)) => Ok(OutputFormat::WebP.extension()),
+            (Some(_), Some(OutputFormat::Png)) => Ok(OutputFormat::Png.extension()),
+            (Some(_), Some(other)) => {
+                let name = other.extension();
+                Err(wrong(format!("format: a turntable is webp, gif or png, got '{name}'")))
+            }
+        }
+    }
+
+    /// True if the format is settled, whatever a client accepts.
+    #[must_use]
+    pub fn has_format(&self) -> bool {
+        self.format.is_some() || self.is_gif || self.turntable.is_some()
+    }
+
     /// The size, where one was asked for.
     #[cfg(test)]
     #[must_use]
@@ -167,19 +218,15 @@ impl Options {
             return Err(Problem::new(Kind::NotOffered, message));
         }
         if !self.has_preset_format {
-            rules.offers.check("format", format.extension())?;
+            rules.offers.check("format", self.extension(format)?)?;
         }
         let (request, price) = self.request(format, rules)?;
         // A size that cannot be at all is told as such.
         if let Some([width, height]) = self.size.filter(|_| self.has_own_size) {
             rules.offers.check("size", &format!("{width}x{height}"))?;
         }
-        match rules.max_price {
-            Some(most) if price > most => {
-                Err(too_dear(price, most).limited("max_price", "start the service with --max-price UNITS"))
-            }
-            _ => Ok(Priced { request, price, priority: self.priority }),
-        }
+        rules.check_price(price)?;
+        Ok(Priced { request, price, priority: self.priority })
     }
 
     /// The picture that is asked for, and its price, whether it is offered or not.
@@ -214,11 +261,19 @@ impl Options {
         if !is_layered && (self.aovs.len() > 1 || (format != OutputFormat::Png && !self.aovs.is_empty())) {
             return Err(wrong("aov: expected one plane, as PNG, or format=exr, which has layers"));
         }
+        let extension = self.extension(format)?;
         let (_, price) = check(&keys, rules)?;
+        let turntable = self.turntable.map(|frames| Turntable {
+            frames,
+            fps: self.fps.unwrap_or(FRAMES_A_SECOND),
+            turn: Turn::default(),
+        });
+        let price = price.saturating_mul(self.turntable.unwrap_or(1).into());
         let quality = self.jpeg_quality.or(rules.jpeg_quality);
         let request = PictureRequest {
             keys,
-            format: format.extension().to_owned(),
+            format: extension.to_owned(),
+            turntable,
             // Values that change nothing make no other key.
             jpeg_quality: quality.filter(|_| format == OutputFormat::Jpeg),
             aovs: self.aovs.clone(),
@@ -279,10 +334,34 @@ fn dpr(text: &str) -> Result<f64, Problem> {
 }
 
 fn format(text: &str) -> Result<OutputFormat, Problem> {
-    OutputFormat::from_extension(text).ok_or_else(|| {
-        let names: Vec<&str> = OutputFormat::ALL.iter().map(|format| format.extension()).collect();
-        wrong(format!("format: expected one of {}, got '{text}'", names.join(", ")))
-    })
+    OutputFormat::from_extension(text).ok_or_else(|| unknown_format(text))
+}
+
+fn unknown_format(text: &str) -> Problem {
+    let names: Vec<&str> = OutputFormat::ALL.iter().map(|format| format.extension()).collect();
+    wrong(format!("format: expected one of {} (gif with a turntable), got '{text}'", names.join(", ")))
+}
+
+/// Frames of a turn.
+fn frames(text: &str, rules: &Rules) -> Result<u32, Problem> {
+    let most = rules.limits.frames;
+    let frames = text.parse::<u32>().ok().filter(|frames| *frames > 0);
+    let frames =
+        frames.ok_or_else(|| wrong(format!("turntable: expected 1 to {most} frames, got '{text}'")))?;
+    if u64::from(frames) > most {
+        let message = format!("turntable: {frames} frames exceed {most}");
+        return Err(
+            Problem::new(Kind::Limit, message).limited("frames", "start the service with --limit frames=N")
+        );
+    }
+    Ok(frames)
+}
+
+/// Frames of a turn a second.
+fn fps(text: &str) -> Result<f64, Problem> {
+    let range = overcoat_worker::turntable::FRAMES_A_SECOND;
+    let fps = text.parse::<f64>().ok().filter(|fps| range.contains(fps));
+    fps.ok_or_else(|| wrong(format!("fps: expected {} to {}, got '{text}'", range.start(), range.end())))
 }
 
 fn aovs(text: &str) -> Result<Vec<String>, Problem> {
@@ -318,6 +397,7 @@ pub(super) mod tests {
             )]),
             offers: Offers::default(),
             max_price: None,
+            environments: BTreeMap::new(),
         }
     }
 
@@ -365,6 +445,32 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn turntables_cost_every_frame() {
+        let of = |pairs: &[(&str, &str)]| {
+            let options = of_pairs(pairs.iter().copied(), &rules())?;
+            options.priced(options.format.unwrap_or(OutputFormat::Png), &rules())
+        };
+        let still = of(&[("size", "64")]).unwrap();
+        assert!(still.request.turntable.is_none());
+        for (pairs, format) in [
+            (&[("turntable", "24")][..], "webp"),
+            (&[("format", "gif"), ("turntable", "24"), ("fps", "8.5")], "gif"),
+            (&[("turntable", "24"), ("format", "png")], "png"),
+        ] {
+            let turn = of(&[&[("size", "64")], pairs].concat()).unwrap();
+            assert_eq!((turn.price, turn.request.format.as_str()), (24 * still.price, format));
+            assert_eq!(turn.request.turntable.unwrap().frames, 24);
+        }
+        for (pairs, what) in [
+            (&[("turntable", "24"), ("format", "jpg")][..], "webp, gif or png"),
+            (&[("turntable", "24"), ("aov", "depth")], "has none"),
+        ] {
+            assert!(of(pairs).unwrap_err().message.contains(what), "{pairs:?}");
+        }
+        assert_eq!(of(&[("turntable", "3601")]).unwrap_err().kind, Kind::Limit);
+    }
+
+    #[test]
     fn dense_screens_have_more_pixels() {
         let size = |pairs: &[(&str, &str)]| keys(pairs).unwrap()["size"].clone();
         assert_eq!(size(&[("size", "64x48"), ("dpr", "2")]), json!([128, 96]));
@@ -395,6 +501,10 @@ pub(super) mod tests {
             ("maps", "300", "256"),
             ("jpeg_quality", "101", "1 to 100"),
             ("format", "gif", "png, webp"),
+            ("fps", "12", "turntable=FRAMES"),
+            ("fps", "61", "1 to 60"),
+            ("turntable", "0", "1 to 3600"),
+            ("turntable", "x", "1 to 3600"),
             ("aov", "depths", "depth"),
             ("aov", "depth,normal", "one plane"),
             ("eye", "1,2", "three numbers"),

@@ -2,6 +2,7 @@
 
 use super::app::App;
 use super::error::{Kind, Problem};
+use super::jobs::Jobs;
 use axum::extract::State;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
@@ -75,7 +76,9 @@ pub async fn formats(State(app): State<Arc<App>>) -> Response {
         "max_size": app.args.max_size,
         "max_body": app.args.max_body,
         "max_price": app.args.max_price,
+        "max_pictures": app.args.max_pictures,
         "shading": shading_models().collect::<Vec<_>>(),
+        "environments": app.rules.environments.keys().collect::<Vec<_>>(),
         "presets": app.rules.presets.keys().collect::<Vec<_>>(),
         "needs_key": app.needs_key(true),
         "presets_only": app.rules.offers.presets_only(),
@@ -104,6 +107,7 @@ pub async fn ready(State(app): State<Arc<App>>) -> Result<Response, Problem> {
 
 /// `GET /metrics`
 pub async fn metrics(State(app): State<Arc<App>>) -> Response {
+    app.metrics.spooled(app.jobs.as_ref().map_or(0, Jobs::count));
     let text = app.metrics.text(&app.pool.counters, app.gate.load(), app.cache.size());
     let kind = "application/openmetrics-text; version=1.0.0; charset=utf-8";
     ([(header::CONTENT_TYPE, kind)], text).into_response()

@@ -72,7 +72,9 @@ fn parts<'a>(path: &'a str, rules: &Rules) -> Result<Option<Parts<'a>>, Problem>
     };
     if let Some((options, source)) = plain {
         let (source, format) = match source.rsplit_once('@') {
-            Some((before, extension)) if OutputFormat::from_extension(extension).is_some() => {
+            Some((before, extension))
+                if extension == "gif" || OutputFormat::from_extension(extension).is_some() =>
+            {
                 (before, Some(extension))
             }
             _ => (source, None),
@@ -242,7 +244,7 @@ mod tests {
             ("/size:1/x.glb", Kind::NotFound),
             // "a.glb", which is no URL, a format that there is not, and an option behind the source.
             ("/size:1/YS5nbGI", Kind::NotFound),
-            ("/bG9jYWw6Ly9hLmdsYg.gif", Kind::Options),
+            ("/bG9jYWw6Ly9hLmdsYg.bmp", Kind::Options),
             ("/bG9jYWw6Ly9hLmdsYg/size:1", Kind::NotFound),
             ("/plain/", Kind::NotFound),
             ("/plain/a%00.glb", Kind::NotFound),

@@ -41,6 +41,8 @@ pub fn read(query: &str, rules: &Rules) -> Result<Options, Problem> {
         size = (side(&params.width).or(size.0), side(&params.height).or(size.1));
         if let Some(format) = params.format.filter(|format| format != "auto") {
             options.set("format", &format, rules)?;
+            // Nothing moves here.
+            options.extension(rules.format)?;
         }
         if let Some(quality) = params.quality.as_ref().and_then(whole) {
             options.set("jpeg_quality", &quality.to_string(), rules)?;

@@ -41,7 +41,7 @@ pub struct Asked {
     pub trace: Arc<Trace>,
     /// Its bytes, counted.
     #[expect(dead_code, reason = "kept, not looked at")]
-    pub held: Held,
+    pub held: Arc<Held>,
 }
 
 /// Answer to a request.

@@ -184,6 +184,12 @@ impl Rights {
         self.0.iter().any(|holder| *holder.name == *name)
     }
 
+    /// The holder of this name.
+    #[must_use]
+    pub fn holder(&self, name: &str) -> Option<Arc<Holder>> {
+        self.0.iter().find(|holder| *holder.name == *name).cloned()
+    }
+
     /// The holder of the key in the headers of a request, if there is one.
     ///
     /// # Errors

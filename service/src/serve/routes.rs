@@ -2,6 +2,7 @@
 
 use super::app::App;
 use super::error::{Kind, Problem, Told};
+use super::jobs::{self, OfJob};
 use super::trace::{Peer, Trace, length};
 use super::{cors, fallback, forwarded, handlers, inspect, pages, path, status};
 use axum::extract::{Request, State};
@@ -14,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
 /// Names of a request in answers, logs and other programs.
-const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+pub const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 /// Units that are left of the quota of a key.
 const UNITS_LEFT: HeaderName = HeaderName::from_static("overcoat-units-left");
 /// Characters of a name that is taken over from a client.
@@ -44,6 +45,8 @@ pub fn router(app: &Arc<App>) -> Router {
             .route("/render", post(handlers::render))
             .route("/pipeline", post(handlers::pipeline))
             .route("/info", post(inspect::of_body))
+            .route("/jobs", post(jobs::take))
+            .route("/jobs/{id}", get(jobs::status))
             .route_layer(needs(true));
         router = router.route("/", get(pages::page)).merge(uploads);
     }
@@ -85,6 +88,7 @@ pub fn name(path: &str) -> &'static str {
         "/ready" => "ready",
         "/metrics" => "metrics",
         "/status" | "/status.json" => "status",
+        path if path == "/jobs" || path.starts_with("/jobs/") && !path::has_source(path) => "jobs",
         path if path == "/info" || path.starts_with("/info/") => "info",
         path if path::has_source(path) => "path",
         _ => "other",
@@ -98,6 +102,11 @@ async fn admit(
     request: Request,
     next: Next,
 ) -> Result<Response, Problem> {
+    // The key of a job was looked at when it came.
+    if let Some(OfJob(holder)) = request.extensions().get::<OfJob>().cloned() {
+        holder.into_iter().for_each(|holder| trace.set_holder(holder));
+        return Ok(next.run(request).await);
+    }
     match app.rights().of(request.headers(), app.needs_key(is_upload), app.seconds()) {
         Ok(holder) => {
             holder.into_iter().for_each(|holder| trace.set_holder(holder));

@@ -10,7 +10,7 @@ use overcoat_cli::args::EncodingArgs;
 use overcoat_worker::protocol::PictureRequest;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Price of a request in units.
 pub const PRICE: HeaderName = HeaderName::from_static("overcoat-price");
@@ -34,6 +34,8 @@ pub struct Rules {
     pub offers: Offers,
     /// Units that a request may cost.
     pub max_price: Option<u64>,
+    /// Files of environments by the names that requests have for them.
+    pub environments: BTreeMap<String, PathBuf>,
 }
 
 impl Rules {
@@ -49,6 +51,7 @@ impl Rules {
             presets: BTreeMap::new(),
             offers: Offers::default(),
             max_price: None,
+            environments: BTreeMap::new(),
         }
     }
 
@@ -97,10 +100,25 @@ impl Rules {
     }
 }
 
-/// Problem of a picture that costs too much.
+impl Rules {
+    /// Checks what a request costs.
+    ///
+    /// # Errors
+    /// [`Kind::Price`] if that is more than a request may.
+    pub fn check_price(&self, price: u64) -> Result<(), Problem> {
+        match self.max_price {
+            Some(most) if price > most => {
+                Err(too_dear(price, most).limited("max_price", "start the service with --max-price UNITS"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Problem of pictures that cost too much.
 #[must_use]
 pub fn too_dear(price: u64, most: u64) -> Problem {
-    let message = format!("the picture costs {price} units, and {most} are allowed");
+    let message = format!("what is asked for costs {price} units, and {most} are allowed");
     Problem::new(Kind::Price, message).with(PRICE, price.to_string())
 }
 
@@ -112,6 +130,17 @@ pub fn unknown_preset(name: &str, rules: &Rules) -> Problem {
         names => format!(", but {names}"),
     };
     Problem::new(Kind::Preset, format!("preset: there is none '{name}'{known}"))
+}
+
+/// Names of all environments, as a sentence ends with them.
+#[must_use]
+pub fn environment_names(rules: &Rules) -> String {
+    let named: Vec<&str> = rules.environments.keys().map(String::as_str).collect();
+    match named.split_last() {
+        None => "studio or none".to_owned(),
+        Some((last, [])) => format!("studio, none or {last}"),
+        Some((last, others)) => format!("studio, none, {} or {last}", others.join(", ")),
+    }
 }
 
 /// Names of all presets, with commas.

@@ -69,6 +69,20 @@ impl Signer {
             .ok_or_else(|| Problem::new(Kind::Signature, "no key makes this signature of this path"))
     }
 
+    /// The signature of bytes by the first key, if there is one: those of no path, as they begin with no slash.
+    #[must_use]
+    pub fn sign_bytes(&self, parts: &[&[u8]]) -> Option<String> {
+        let mut mac = self.pairs.first()?.mac("")?;
+        parts.iter().for_each(|part| mac.update(part));
+        Some(URL_SAFE_NO_PAD.encode(mac.finalize().into_bytes()))
+    }
+
+    /// True if there is a key.
+    #[must_use]
+    pub fn has_key(&self) -> bool {
+        !self.pairs.is_empty()
+    }
+
     /// The signature of a path by the first key, if there is one.
     #[must_use]
     pub fn sign(&self, path: &str) -> Option<String> {

@@ -50,7 +50,8 @@ impl Sources {
         let networks =
             networks.iter().map(|text| Network::new(text).map_err(|e| format!("--allow-network {e}")));
         let fetcher = Fetcher::new(networks.collect::<Result<_, _>>()?);
-        let allowed = allowed.iter().map(|text| Allowed::new(text)).collect::<Result<_, _>>()?;
+        let allowed =
+            allowed.iter().map(|text| Allowed::new("--allow-source", text)).collect::<Result<_, _>>()?;
         let local = match local {
             Some(path) => Some(path.canonicalize().map_err(|e| format!("--local {}: {e}", path.display()))?),
             None => None,

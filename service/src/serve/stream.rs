@@ -1,12 +1,12 @@
-//! Sockets that give up on clients that do not read.
+//! Sockets, and the version of HTTP that is spoken on them.
 
+use super::pace::Pace;
 use bytes::{BufMut, Bytes, BytesMut};
 use std::io;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll};
-use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, ReadBuf};
-use tokio::time::{Instant, Sleep};
 
 /// Bytes in both directions.
 pub trait Both: AsyncRead + AsyncWrite + Send + Unpin {}
@@ -16,59 +16,54 @@ impl<T: AsyncRead + AsyncWrite + Send + Unpin> Both for T {}
 /// A connection, of TCP or of this machine.
 pub type Stream = Box<dyn Both>;
 
-/// A socket whose writes end with an error when no byte goes for some time.
-pub struct Patient {
+/// A socket that tells when bytes of a request come.
+pub struct Watched {
     stream: Stream,
     /// Bytes that were read already.
     first: Bytes,
-    patience: Duration,
-    /// When the write that waits has waited long enough.
-    end: Pin<Box<Sleep>>,
-    waits: bool,
+    /// Pace of the connection, where bytes that come begin a request.
+    pace: Option<Arc<Pace>>,
 }
 
-impl Patient {
-    /// With so much patience, and bytes that were read already.
+impl Watched {
+    /// With bytes that were read already.
     #[must_use]
-    pub fn new(stream: Stream, first: Bytes, patience: Duration) -> Self {
-        Self { stream, first, patience, end: Box::pin(tokio::time::sleep(patience)), waits: false }
+    pub fn new(stream: Stream, first: Bytes, pace: Option<Arc<Pace>>) -> Self {
+        Self { stream, first, pace }
     }
 
-    fn watch<T>(&mut self, cx: &mut Context<'_>, written: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
-        if written.is_ready() {
-            self.waits = false;
-            return written;
-        }
-        if !self.waits {
-            self.waits = true;
-            self.end.as_mut().reset(Instant::now() + self.patience);
-        }
-        match self.end.as_mut().poll(cx) {
-            Poll::Ready(()) => Poll::Ready(Err(io::Error::from(io::ErrorKind::TimedOut))),
-            Poll::Pending => Poll::Pending,
-        }
+    /// The socket.
+    #[must_use]
+    pub fn into_stream(self) -> Stream {
+        self.stream
     }
 }
 
-impl AsyncRead for Patient {
+impl AsyncRead for Watched {
     fn poll_read(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
+        let before = buffer.filled().len();
         if !self.first.is_empty() {
             let length = self.first.len().min(buffer.remaining());
             buffer.put_slice(&self.first.split_to(length));
-            return Poll::Ready(Ok(()));
+        } else {
+            std::task::ready!(Pin::new(&mut self.stream).poll_read(cx, buffer))?;
         }
-        Pin::new(&mut self.stream).poll_read(cx, buffer)
+        if buffer.filled().len() > before
+            && let Some(pace) = &self.pace
+        {
+            pace.read();
+        }
+        Poll::Ready(Ok(()))
     }
 }
 
-impl AsyncWrite for Patient {
+impl AsyncWrite for Watched {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
-        let written = Pin::new(&mut self.stream).poll_write(cx, bytes);
-        self.watch(cx, written)
+        Pin::new(&mut self.stream).poll_write(cx, bytes)
     }
 
     fn poll_write_vectored(
@@ -76,8 +71,7 @@ impl AsyncWrite for Patient {
         cx: &mut Context<'_>,
         parts: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        let written = Pin::new(&mut self.stream).poll_write_vectored(cx, parts);
-        self.watch(cx, written)
+        Pin::new(&mut self.stream).poll_write_vectored(cx, parts)
     }
 
     fn is_write_vectored(&self) -> bool {
@@ -96,23 +90,19 @@ impl AsyncWrite for Patient {
 /// The beginning of HTTP/2 on a plain socket.
 const PREFACE: &[u8; 24] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 
-/// Reads the first bytes of a client, until they tell whether it speaks HTTP/2, which the first value says. `None` if it goes away, or
-/// says nothing for too long.
-pub async fn first_bytes(stream: &mut Stream, patience: Duration) -> Option<(bool, Bytes)> {
-    let read = async {
-        let mut first = BytesMut::with_capacity(PREFACE.len());
-        loop {
-            let left = PREFACE.len() - first.len();
-            let length = stream.read_buf(&mut (&mut first).limit(left)).await.ok()?;
-            if length == 0 {
-                return None;
-            }
-            if first[..] != PREFACE[..first.len()] || first.len() == PREFACE.len() {
-                return Some((first[..] == PREFACE[..], first.freeze()));
-            }
+/// Reads the first bytes of a client, until they tell whether it speaks HTTP/2, which the first value says. `None` if it goes away.
+pub async fn first_bytes(stream: &mut Stream) -> Option<(bool, Bytes)> {
+    let mut first = BytesMut::with_capacity(PREFACE.len());
+    loop {
+        let left = PREFACE.len() - first.len();
+        let length = stream.read_buf(&mut (&mut first).limit(left)).await.ok()?;
+        if length == 0 {
+            return None;
         }
-    };
-    tokio::time::timeout(patience, read).await.ok()?
+        if first[..] != PREFACE[..first.len()] || first.len() == PREFACE.len() {
+            return Some((first[..] == PREFACE[..], first.freeze()));
+        }
+    }
 }
 
 #[cfg(test)]
@@ -138,10 +128,10 @@ mod tests {
             };
             let read = async {
                 let mut stream: Stream = Box::new(server);
-                let (told, first) = first_bytes(&mut stream, Duration::from_secs(60)).await.unwrap();
+                let (told, first) = first_bytes(&mut stream).await.unwrap();
                 let mut rest = Vec::new();
-                let mut patient = Patient::new(stream, first, Duration::from_secs(60));
-                patient.read_to_end(&mut rest).await.unwrap();
+                let mut watched = Watched::new(stream, first, None);
+                watched.read_to_end(&mut rest).await.unwrap();
                 (told, rest)
             };
             let ((), (told, rest)) = tokio::join!(write, read);
@@ -150,11 +140,10 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn silence_is_no_version() {
+    async fn who_goes_away_speaks_no_version() {
         let (client, server) = tokio::io::duplex(8);
         let mut stream: Stream = Box::new(server);
-        assert_eq!(first_bytes(&mut stream, Duration::from_millis(10)).await, None);
         drop(client);
-        assert_eq!(first_bytes(&mut stream, Duration::from_secs(60)).await, None);
+        assert_eq!(first_bytes(&mut stream).await, None);
     }
 }

@@ -52,6 +52,7 @@ struct Seen {
     preset: Option<String>,
     options: Option<String>,
     price: Option<u64>,
+    pictures: Option<usize>,
     units_left: Option<u64>,
     model: Option<String>,
     /// Bytes of a model that is no body.
@@ -165,6 +166,11 @@ impl Trace {
         seen.options = Some(escaped(&canonical::query(request), LONGEST));
     }
 
+    /// Several pictures are asked for.
+    pub fn pictures(&self, count: usize) {
+        self.seen().pictures = Some(count);
+    }
+
     /// Price of the request in units.
     pub fn price(&self, price: u64) {
         self.seen().price = Some(price);
@@ -209,6 +215,7 @@ impl Trace {
             preset: seen.preset.take(),
             options: seen.options.take(),
             price: seen.price,
+            pictures: seen.pictures,
             model: seen.model.take(),
             key: told.key.clone(),
             bytes_in: self.received.load(Relaxed) + seen.fetched,
@@ -254,6 +261,8 @@ pub struct Line {
     pub options: Option<String>,
     /// Price in units.
     pub price: Option<u64>,
+    /// Number of pictures, where several are asked for.
+    pub pictures: Option<usize>,
     /// BLAKE3 of the model's file.
     pub model: Option<String>,
     /// Content key of the picture.
@@ -300,6 +309,7 @@ impl Line {
             preset = self.preset,
             options = self.options,
             price = self.price,
+            pictures = self.pictures,
             model = self.model,
             key = self.key,
             bytes_in = self.bytes_in,

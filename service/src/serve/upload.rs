@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 
 /// Parts of a form at most.
 const PARTS: usize = 1000;
+/// Bytes of the name of a file at most.
+const LONGEST_NAME: usize = 300;
 /// Bytes of a field at most that is no file.
 const LONGEST_FIELD: usize = 1 << 16;
 
@@ -111,10 +113,13 @@ async fn form(body: Bytes, boundary: String) -> Result<Upload, Problem> {
         }
         let is_model = part.name() == Some("model");
         let key = part.name().unwrap_or_default().to_owned();
-        let name = part.file_name().map(clean);
+        // Pages send files that were not chosen so: without a name.
+        let told = part.file_name().filter(|name| !name.is_empty()).map(clean).transpose()?;
+        let (name, is_unchosen) = (told, part.file_name().is_some_and(str::is_empty));
         let media_type = part.content_type().map(ToString::to_string);
         let bytes = part.bytes().await.map_err(wrong)?;
         match name {
+            None if is_unchosen && bytes.is_empty() => {}
             None if !is_model => {
                 let text = String::from_utf8(bytes.to_vec()).ok().filter(|text| text.len() <= LONGEST_FIELD);
                 let text = text.ok_or_else(|| Problem::new(Kind::Options, format!("{key}: no text")))?;
@@ -127,7 +132,11 @@ async fn form(body: Bytes, boundary: String) -> Result<Upload, Problem> {
         }
     }
     let by_part = files.iter().position(|(is_model, ..)| *is_model);
-    let by_name = || files.iter().position(|(_, name, ..)| is_model(name));
+    let by_name = || {
+        let is_archive = |name: &str| media::extension(name) == "zip";
+        let model = files.iter().position(|(_, name, ..)| is_model(name));
+        model.or_else(|| files.iter().position(|(_, name, ..)| is_archive(name)))
+    };
     let alone = || (files.len() == 1).then_some(0);
     let at = by_part.or_else(by_name).or_else(alone).ok_or_else(|| {
         Problem::new(
@@ -138,17 +147,29 @@ async fn form(body: Bytes, boundary: String) -> Result<Upload, Problem> {
     let (_, name, media_type, model) = files.swap_remove(at);
     let mut beside = BTreeMap::new();
     for (_, name, _, bytes) in files {
-        beside.insert(name, bytes);
+        // Which of them the model means cannot be known.
+        if let Some((name, _)) = beside.insert(name.clone(), bytes).map(|bytes| (name, bytes)) {
+            return Err(Problem::new(
+                Kind::Options,
+                format!("the form has two files that are called '{name}'"),
+            ));
+        }
     }
     Ok(Upload { name, media_type, model, files: MemoryFiles { files: beside }, ..upload })
 }
 
 /// A relative name, as models write it.
-fn clean(name: &str) -> String {
+fn clean(name: &str) -> Result<String, Problem> {
     let name = name.replace('\\', "/");
     let parts = name.split('/').filter(|part| !matches!(*part, "" | "." | ".."));
     let name = parts.collect::<Vec<_>>().join("/");
-    name.chars().filter(|c| !c.is_control()).take(300).collect()
+    let name: String = name.chars().filter(|c| !c.is_control()).collect();
+    let wrong = |what: &str| Problem::new(Kind::Options, format!("a file of the form has {what}"));
+    match name.len() {
+        0 => Err(wrong("a name that names no file")),
+        1..=LONGEST_NAME => Ok(name),
+        _ => Err(wrong(&format!("a name of more than {LONGEST_NAME} bytes"))),
+    }
 }
 
 #[cfg(test)]
@@ -203,5 +224,32 @@ mod tests {
         ] {
             assert_eq!(upload(&[kind], body).unwrap_err().kind, Kind::Options, "{body}");
         }
+    }
+
+    #[test]
+    fn files_of_forms_have_names_of_their_own() {
+        let kind = ("content-type", "multipart/form-data; boundary=B");
+        let file = |name: &str, content: &str| {
+            format!(
+                "--B\r\nContent-Disposition: form-data; name=\"f\"; filename=\"{name}\"\r\n\r\n{content}\r\n"
+            )
+        };
+        let of = |files: &[(&str, &str)]| {
+            let parts: String = files.iter().map(|(name, content)| file(name, content)).collect();
+            upload(&[kind], &format!("{parts}--B--\r\n"))
+        };
+        let long = "x".repeat(LONGEST_NAME + 1);
+        for (name, what) in
+            [("../a.png", "two files"), ("/a.png", "two files"), ("..", "names no file"), (&long, "300")]
+        {
+            let problem = of(&[("m.obj", "v"), ("a.png", "P"), (name, "Q")]).unwrap_err();
+            assert_eq!(problem.kind, Kind::Options);
+            assert!(problem.message.contains(what), "{name}: {}", problem.message);
+        }
+        // Nothing was chosen here.
+        assert!(of(&[("m.obj", "v"), ("", "")]).unwrap().files.files.is_empty());
+        // An archive has a model where nothing else is one.
+        assert_eq!(of(&[("notes.txt", "x"), ("car.ZIP", "PK")]).unwrap().model, "PK");
+        assert_eq!(of(&[("car.zip", "PK"), ("m.obj", "v")]).unwrap().model, "v");
     }
 }

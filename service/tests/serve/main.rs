@@ -1,6 +1,9 @@
 //! The service, as its clients see it: the real program on a port of this machine.
 
+mod bundles;
+mod environments;
 mod errors;
+mod jobs;
 mod load;
 mod logs;
 mod offers;
@@ -8,5 +11,6 @@ mod pictures;
 mod rights;
 mod robust;
 mod service;
+mod slow;
 mod sources;
 mod watching;

@@ -119,7 +119,7 @@ fn wrong_files_end_the_service() {
         ),
         ("[preset]\na = 'size:9999'", &[], "presets.toml: preset.a: size: expected 1 to 2048"),
         ("[preset]\na = 'colour:red'", &[], "preset.a: colour: there is no such option"),
-        ("[preset]\na = 'size:2000'", &["--max-price", "10"], "preset.a: the picture costs 217 units"),
+        ("[preset]\na = 'size:2000'", &["--max-price", "10"], "preset.a: what is asked for costs 217 units"),
         ("[preset]\na = 'size:20'", &["--preset", "a=size:30"], "another preset of this name"),
         ("only = true", &[], "only: there are no presets"),
     ] {

@@ -1,6 +1,6 @@
 //! Pictures: what is asked for is what comes.
 
-use crate::service::{PROGRAM, form, model, model_path, run, start, start_with};
+use crate::service::{PROGRAM, form, model, model_path, run, start, start_with, zip};
 use overcoat::description::{Description, Machine};
 use overcoat::limits::Limits;
 use overcoat::load::Format;
@@ -102,6 +102,54 @@ fn pictures_are_those_of_the_command_line() {
         assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
         assert!(std::fs::read(out.join("picture")).unwrap() == served.body, "{name}: not the same bytes");
     }
+}
+
+#[test]
+fn an_archive_is_a_model_with_its_files() {
+    let service = start(&[]);
+    let (json, buffer) = gltf();
+    let texture = model("textures/checker.png");
+    let query = "/render?size=64&background=white";
+    let files: [(&str, &[u8]); 3] =
+        [("t/t.gltf", &json), ("t/tri.bin", &buffer), ("t/textures/color.png", &texture)];
+    let archive = zip(&files);
+    let (kind, body) = form(&[
+        ("model", Some("t.gltf"), &json),
+        ("f", Some("tri.bin"), &buffer),
+        ("f", Some("textures/color.png"), &texture),
+    ]);
+    let alone = service.request("POST", query, &[("Content-Type", &kind)], &body);
+    // By its content, whatever it is called, and as a file of a form.
+    assert_eq!(service.post(query, &archive).png(64, 64), alone.png(64, 64));
+    let headers = [("Content-Disposition", "attachment; filename=\"my car.zip\"")];
+    assert_eq!(service.request("POST", query, &headers, &archive).png(64, 64), alone.body);
+    let (kind, body) = form(&[("notes", Some("read me.txt"), b"x"), ("file", Some("car.zip"), &archive)]);
+    assert_eq!(service.request("POST", query, &[("Content-Type", &kind)], &body).png(64, 64), alone.body);
+    assert_eq!(service.post("/info", &archive).json()["triangles"], 1);
+    for (files, status, what) in [
+        (&[("a.gltf", &json[..]), ("b.gltf", &json)][..], 422, "several models"),
+        (&[("a.txt", &b"x"[..])], 422, "without 3D model"),
+    ] {
+        let (_, message) = service.post(query, &zip(files)).error(status);
+        assert!(message.contains(what), "{message}");
+    }
+    // Programs that make archives make none like this.
+    let mut outside = zip(&[("xx/yy/t.gltf", &json)]);
+    while let Some(at) = outside.windows(6).position(|six| six == b"xx/yy/") {
+        outside[at..at + 6].copy_from_slice(b"../../");
+    }
+    assert!(service.post(query, &outside).error(422).1.contains("without 3D model"));
+    // A part that claims to be far larger than its bytes can be.
+    let mut bomb = archive.clone();
+    let at = bomb.windows(4).position(|w| w == b"PK\x01\x02").unwrap() + 24;
+    bomb[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert_eq!(service.post(query, &bomb).status, 422);
+    // Nothing of a form leads out of it, and no name stands for two files.
+    let twice =
+        form(&[("m", Some("a.obj"), b"v"), ("f", Some("x.png"), b"1"), ("f", Some("../x.png"), b"2")]);
+    let answer = service.request("POST", query, &[("Content-Type", &twice.0)], &twice.1);
+    assert!(answer.error(400).1.contains("two files that are called 'x.png'"));
+    assert_eq!(service.metric("overcoat_workers_died_total"), 0.0);
 }
 
 /// Whoever asks for nothing but a size gets the picture of the library, the program and the bindings.

@@ -311,3 +311,26 @@ pub fn form(parts: &[(&str, Option<&str>, &[u8])]) -> (String, Vec<u8>) {
     body.extend(b"--XyZ--\r\n");
     ("multipart/form-data; boundary=XyZ".to_owned(), body)
 }
+
+/// An archive of files, as programs that write as they go make it.
+pub fn zip(files: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut archive = rawzip::ZipArchiveWriter::new(Vec::new());
+    for (name, content) in files {
+        let (mut entry, config) = archive.new_file(*name).start().unwrap();
+        let mut writer = config.wrap(&mut entry);
+        writer.write_all(content).unwrap();
+        let (_, end) = writer.finish().unwrap();
+        entry.finish(end).unwrap();
+    }
+    archive.finish().unwrap()
+}
+
+/// Files of an archive that stores them as they are.
+pub fn unzip(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
+    let archive = rawzip::ZipArchive::from_slice(bytes).unwrap();
+    let file = |entry: rawzip::ZipFileHeaderRecord<'_>| {
+        let data = archive.get_entry(entry.wayfinder()).unwrap().data().to_vec();
+        (String::from_utf8(entry.file_path().as_bytes().to_vec()).unwrap(), data)
+    };
+    archive.entries().map(|entry| file(entry.unwrap())).collect()
+}

@@ -152,6 +152,15 @@ pub enum Turn {
     Camera,
 }
 
+impl From<Turn> for overcoat_worker::turning::Turn {
+    fn from(turn: Turn) -> Self {
+        match turn {
+            Turn::Model => Self::Model,
+            Turn::Camera => Self::Camera,
+        }
+    }
+}
+
 /// `overcoat animate`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

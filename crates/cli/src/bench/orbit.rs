@@ -4,11 +4,11 @@ use super::report::{Hash, Measurement};
 use crate::args::BenchArgs;
 use crate::failure::Failure;
 use crate::render_task::RenderTask;
-use crate::turntable::orbit;
 use overcoat_load::Loaded;
 use overcoat_render::Renderer;
 use overcoat_worker::report::Stages;
 use overcoat_worker::resources;
+use overcoat_worker::turning::orbit;
 use std::time::Instant;
 
 /// Measures frames.
