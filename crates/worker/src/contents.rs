@@ -17,6 +17,9 @@ use std::path::Path;
 pub struct Contents {
     file: String,
     format: Option<&'static str>,
+    /// Name of the converter that has made that of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub converter: Option<String>,
     #[serde(flatten)]
     up: UpReport,
     /// Axis of the file to which the model's front is taken to face, and +Z of everything here.
@@ -155,6 +158,7 @@ impl Contents {
         Self {
             file,
             format: model.format().map(Format::extension),
+            converter: None,
             triangles: scene.count_of(PrimitiveKind::Triangles),
             lines: scene.count_of(PrimitiveKind::Lines),
             points: scene.count_of(PrimitiveKind::Points),
@@ -184,7 +188,8 @@ impl Contents {
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a string cannot fail.
-        let _ = writeln!(out, "{}: {}", self.file, self.format.unwrap_or("unknown format"));
+        let by = self.converter.as_ref().map_or_else(String::new, |name| format!(", by the converter {name}"));
+        let _ = writeln!(out, "{}: {}{by}", self.file, self.format.unwrap_or("unknown format"));
         let _ = write!(out, "  {} triangles, ", self.triangles);
         for (count, what) in [(self.lines, "lines"), (self.points, "points")] {
             if count > 0 {

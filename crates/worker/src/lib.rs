@@ -10,6 +10,7 @@ pub mod camera_report;
 pub mod codes;
 pub mod companion;
 mod contents;
+pub mod converters;
 mod coverage_check;
 pub mod diagnosis;
 mod drawing;
