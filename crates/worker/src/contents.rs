@@ -129,20 +129,27 @@ struct Animation {
 
 impl Contents {
     /// Report of `--json` on a model in memory. `name` is that of its file, which tells the format where the content does
-    /// not.
+    /// not; a converter may have made it of that file, with warnings.
     ///
     /// # Errors
     /// [`Failure`] if it cannot be loaded.
     pub fn json_of_bytes(
         bytes: &[u8],
         name: &Path,
+        (converter, warnings): (Option<String>, &[String]),
         options: &LoadOptions,
         context: &Context<'_>,
     ) -> Result<Vec<u8>, Failure> {
-        let about = |error: LoadError| Failure::load(&error).at(name);
+        let about = |error: LoadError| match &converter {
+            Some(converter) => Failure::load(&error).of_converter(converter).at(name),
+            None => Failure::load(&error).at(name),
+        };
         let model = AnimatedModel::from_named_bytes(bytes, name, options, context).map_err(about)?;
         let loaded = model.at(0.0, context.jobs).map_err(about)?;
-        serde_json::to_vec(&Self::of(&model, &loaded, file_name(name))).map_err(Failure::failed)
+        let mut contents = Self::of(&model, &loaded, file_name(name));
+        contents.converter = converter;
+        contents.warnings.extend_from_slice(warnings);
+        serde_json::to_vec(&contents).map_err(Failure::failed)
     }
 
     /// Contents of a model, of which `file` is the name.

@@ -100,12 +100,17 @@ impl Drawing<'_> {
     }
 
     /// Loads a model and tells what is in it.
-    pub(crate) fn inspect(&mut self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
+    pub(crate) fn inspect(
+        &mut self,
+        name: &str,
+        bytes: &[u8],
+        converted: (Option<String>, &[String]),
+    ) -> Result<(), Failure> {
         let jobs = self.renderer.jobs();
         let files = AskedFiles { pipe: self.pipe, model: name };
         let context = Context { resolver: &files, limits: &self.limits, jobs };
         let options = LoadOptions::default().with_variant(self.start.variant.clone());
-        let contents = Contents::json_of_bytes(bytes, Path::new(name), &options, &context)?;
+        let contents = Contents::json_of_bytes(bytes, Path::new(name), converted, &options, &context)?;
         self.pipe.send(&FromWorker::Contents, &contents)
     }
 

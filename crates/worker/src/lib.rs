@@ -75,7 +75,9 @@ fn serve(pipe: &Pipe) -> Result<(), Failure> {
     while let Some((message, bytes)) = pipe.receive()? {
         let done = match message {
             ToWorker::Work(work) => drawing.draw(&work, &bytes),
-            ToWorker::Inspect { name } => drawing.inspect(&name, &bytes),
+            ToWorker::Inspect { name, converter, warnings } => {
+                drawing.inspect(&name, &bytes, (converter, &warnings))
+            }
             _ => return Err(Failure::usage("the parent says what was not asked for")),
         };
         let end = match done {

@@ -26,6 +26,12 @@ pub enum ToWorker {
     Inspect {
         /// The name of the model's file, as in [`Work`].
         name: String,
+        /// Converter that has made the model of another file.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        converter: Option<String>,
+        /// Warnings of that converter.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        warnings: Vec<String>,
     },
     /// File that [`FromWorker::Need`] asked for: its bytes follow.
     File {

@@ -37,6 +37,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <iomanip>
@@ -109,7 +110,20 @@ enum class Kind { Step, Iges };
 struct Sniffed {
     Kind kind;
     bool is_whole;
+    // Documents beside it have shapes of its assembly.
+    bool refers_elsewhere;
 };
+
+bool mentions(std::ifstream& file, const std::string& word) {
+    file.clear();
+    file.seekg(0);
+    for (std::string line; std::getline(file, line);) {
+        if (line.find(word) != std::string::npos) {
+            return true;
+        }
+    }
+    return false;
+}
 
 // The format by a file's first lines, and whether its end is there.
 Sniffed sniff(const std::string& path) {
@@ -126,7 +140,7 @@ Sniffed sniff(const std::string& path) {
     file.seekg(std::max<std::streamoff>(0, size - 4096));
     const std::string tail((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
     if (head.find("ISO-10303-21") != std::string::npos) {
-        return {Kind::Step, tail.find("END-ISO-10303-21") != std::string::npos};
+        return {Kind::Step, tail.find("END-ISO-10303-21") != std::string::npos, mentions(file, "DOCUMENT_FILE")};
     }
     // Lines of 80 characters, of which the 73rd names the section: the first is S, the last T.
     const size_t line = head.find_first_of("\r\n");
@@ -135,7 +149,7 @@ Sniffed sniff(const std::string& path) {
         end = end == std::string::npos ? 0 : end;
         const size_t begin = tail.find_last_of("\r\n", end);
         const std::string last = begin == std::string::npos ? tail : tail.substr(begin + 1);
-        return {Kind::Iges, last.size() > 72 && last[72] == 'T'};
+        return {Kind::Iges, last.size() > 72 && last[72] == 'T', false};
     }
     throw Failure("the file is neither STEP nor IGES");
 }
@@ -371,7 +385,7 @@ std::string matrix_of(const TopLoc_Location& location) {
 
 class Converter {
 public:
-    explicit Converter(const Options& options) : options_(options) {}
+    Converter(const Options& options, bool refers_elsewhere) : options_(options), refers_elsewhere_(refers_elsewhere) {}
 
     // Meshes all shapes of a document and adds them to the GLB.
     void add(const Handle(TDocStd_Document) & document) {
@@ -386,7 +400,7 @@ public:
             }
         }
         if (box.IsVoid()) {
-            throw Failure("there is no shape in the file");
+            throw Failure(refers_elsewhere_ ? "its shapes are in other files, which a converter does not see" : "there is no shape in the file");
         }
         deflection_ = options_.deflection;
         if (deflection_ == 0) {
@@ -539,6 +553,7 @@ private:
     }
 
     const Options& options_;
+    bool refers_elsewhere_;
     double deflection_ = 0;
     std::map<std::string, int> meshes_;
     size_t faces_ = 0, faces_without_ = 0;
@@ -561,9 +576,31 @@ void convert(const Options& options, int out) {
     if (!sniffed.is_whole) {
         std::cerr << "warning: the file is cut short: its end is missing\n";
     }
-    Converter converter(options);
+    Converter converter(options, sniffed.refers_elsewhere);
     converter.add(document);
     converter.glb.write(out);
+}
+
+// OpenCASCADE reads outside of its memory on some damaged files. Nothing of the model has been written then.
+extern "C" void crashed(int) {
+    const char message[] = "overcoat-step: the file is damaged: OpenCASCADE has crashed on it\n";
+    const ssize_t told = ::write(STDERR_FILENO, message, sizeof(message) - 1);
+    _exit(told < 0 ? 2 : 1);
+}
+
+void catch_crashes() {
+    // Shapes in shapes in shapes fill the stack, of which the handler then has none.
+    static char stack[1 << 16];
+    stack_t own = {};
+    own.ss_sp = stack;
+    own.ss_size = sizeof(stack);
+    sigaltstack(&own, nullptr);
+    struct sigaction action = {};
+    action.sa_handler = crashed;
+    action.sa_flags = SA_ONSTACK | SA_RESETHAND;
+    for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
+        sigaction(signal, &action, nullptr);
+    }
 }
 
 }  // namespace
@@ -575,6 +612,7 @@ int main(int argc, char** argv) {
         std::cerr << "overcoat-step: standard output cannot be had\n";
         return 1;
     }
+    catch_crashes();
     std::string message;
     try {
         convert(parse(argc, argv), out);

@@ -23,6 +23,7 @@ use super::trace::Trace;
 use crate::common::Common;
 use crate::key::Keys;
 use crate::pool::{Pool, PoolOptions, TimeLimits};
+use overcoat_worker::converters::Registry;
 use overcoat_worker::protocol::Start;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, PoisonError, RwLock};
@@ -45,6 +46,8 @@ pub struct App {
     pub pool: Pool,
     /// Content keys of pictures.
     pub keys: Keys,
+    /// Converters of formats that are not read here.
+    pub converters: Arc<Registry>,
     /// Queue of requests before the workers.
     pub gate: Gate,
     /// Pictures that are being drawn.
@@ -88,7 +91,7 @@ impl App {
         let mut args = args;
         // The first thread of a worker is its only one, unless more are asked for.
         args.draw.machine.workers.threads = args.draw.machine.workers.threads.max(1);
-        let common = Common::new(&args.draw)?;
+        let common = Common::new(&args.draw, args.converters.named()?)?;
         let rules = rules(&args, &common.start)?;
         let metrics = Arc::new(Metrics::default());
         let seconds = Duration::from_secs_f64;
@@ -96,8 +99,9 @@ impl App {
             Sources::new(args.local.as_deref(), &args.allow_source, &args.allow_network, args.max_body)?;
         Ok(Self {
             rules,
-            pool: Pool::new(pool_options(&args, &common.start)?),
+            pool: Pool::new(pool_options(&args, &common)?),
             keys: common.keys,
+            converters: common.converters,
             gate: Gate::new(args.workers(), args.queue, seconds(args.queue_seconds)),
             flights: Flights::default(),
             failures: Failures::new(seconds(args.failure_seconds)),
@@ -225,9 +229,9 @@ fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
     Ok(rules)
 }
 
-fn pool_options(args: &ServeArgs, start: &Start) -> Result<PoolOptions, String> {
+fn pool_options(args: &ServeArgs, common: &Common) -> Result<PoolOptions, String> {
     let program = std::env::current_exe().map_err(|e| format!("this program's own file: {e}"))?;
-    let start = Start { memory: Some(args.memory), sandbox: !args.no_sandbox, ..start.clone() };
+    let start = Start { memory: Some(args.memory), sandbox: !args.no_sandbox, ..common.start.clone() };
     Ok(PoolOptions {
         program,
         start,
@@ -235,5 +239,6 @@ fn pool_options(args: &ServeArgs, start: &Start) -> Result<PoolOptions, String> 
         time: TimeLimits::new(args.deadline, args.wall_deadline),
         works_of_one: args.models_of_worker,
         most_output: LARGEST_PICTURE,
+        converters: Arc::clone(&common.converters),
     })
 }

@@ -171,10 +171,14 @@ mod system {
             self.pid().is_none_or(|pid| !matches!(waitid(WaitId::Pid(pid), options), Ok(None)))
         }
 
-        fn end(&mut self) -> std::io::Result<ExitStatus> {
+        fn kill(&self) {
             if let Some(pid) = self.pid() {
                 let _ = kill_process_group(pid, Signal::KILL);
             }
+        }
+
+        fn end(&mut self) -> std::io::Result<ExitStatus> {
+            self.kill();
             self.0.wait()
         }
     }
@@ -198,11 +202,16 @@ mod system {
         let mut stopped = None;
         while stopped.is_none() {
             let left = deadline.saturating_duration_since(Instant::now());
-            let step = if launch.scratch.is_some() { left.min(LOOK) } else { left };
+            let looks = launch.scratch.is_some() || launch.processes;
+            let step = if looks { left.min(LOOK) } else { left };
             if left.is_zero() {
                 stopped = Some(Stopped::Time);
             } else if !receive(&mut group.0, step, (&mut output, most), &mut messages)? {
                 break;
+            }
+            if launch.processes && group.has_ended() {
+                // Those that it has left behind may keep its streams open.
+                group.kill();
             }
             let is_full = |folder: &PathBuf| size_of(folder, 0) > launch.output_bytes;
             if output.len() as u64 > most && most > 0 || launch.scratch.as_ref().is_some_and(is_full) {
