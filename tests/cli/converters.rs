@@ -21,7 +21,8 @@ fn place(entry: &str) -> TempDir {
 
 /// Draws a model by the converters of the folder.
 fn draw(folder: &Path, more: &[&str]) -> Output {
-    let usual = ["render", "m.copy", "-o", "m.png", "--size", "32", "--quality", "draft", "--converters", "c.toml"];
+    let usual =
+        ["render", "m.copy", "-o", "m.png", "--size", "32", "--quality", "draft", "--converters", "c.toml"];
     overcoat(folder, &[&usual, more].concat())
 }
 
@@ -75,7 +76,10 @@ fn what_a_converter_makes_is_drawn_like_any_file() {
     fs::write(folder.join("nameless"), "MAGIC! and more").unwrap();
     let made = overcoat(folder, &["info", "nameless", "--converters", "c.toml"]);
     let message = stderr(&made);
-    assert!(message.contains("converter copy: it was to write GLB and has written something else"), "{message}");
+    assert!(
+        message.contains("converter copy: it was to write GLB and has written something else"),
+        "{message}"
+    );
     // Formats that are read here are never handed on, and without a converter a file is of an unknown format.
     fs::write(folder.join("m.stl"), "MAGIC! and more").unwrap();
     assert!(!stderr(&overcoat(folder, &["info", "m.stl", "--converters", "c.toml"])).contains("converter"));
@@ -114,7 +118,10 @@ fn a_converter_can_reach_nothing_but_the_file() {
         let drawn = draw(place.path(), &[]);
         let message = stderr(&drawn);
         assert_eq!(drawn.status.code(), Some(1), "{what} {path}: {message}");
-        assert!(message.contains("m.copy: converter copy: it has failed with code 1: overcoat: "), "{what}: {message}");
+        assert!(
+            message.contains("m.copy: converter copy: it has failed with code 1: overcoat: "),
+            "{what}: {message}"
+        );
         assert!(message.contains("refused"), "{what} {path}: {message}");
         assert_eq!(message.lines().count(), 1, "{message}");
         assert!(!place.path().join("m.png").exists());
@@ -122,7 +129,8 @@ fn a_converter_can_reach_nothing_but_the_file() {
     assert!(Path::new(secret_file).exists() && !Path::new(new).exists());
     assert_eq!(fs::read_to_string(secret_file).unwrap(), "secret");
     // The attempts are real: without a sandbox one of them succeeds, and no GLB came of it.
-    let unbound = format!("command = ['{PROGRAM}', 'attempt', 'read', '{secret_file}', '--input', '{{input}}']");
+    let unbound =
+        format!("command = ['{PROGRAM}', 'attempt', 'read', '{secret_file}', '--input', '{{input}}']");
     let place = place(&unbound);
     let own = Command::new(PROGRAM).args(["attempt", "read", secret_file]).status().unwrap();
     assert!(own.success() && place.path().exists());
@@ -141,9 +149,13 @@ fn whatever_goes_wrong_is_one_line_with_the_name_of_the_converter() {
         (script(r#"exec head -c 400 "$1""#), 1, "glTF: "),
         (script("kill -SEGV $$"), 1, "it has failed with code"),
         (script("ls; ls"), 1, "it has failed with code"),
-        (script("exec sleep 60") + "wall_seconds = 1", 3, "it took longer than 1 s and was stopped (wall_seconds)"),
         (
-            script("while :; do :; done") + "cpu_seconds = 1",
+            script("exec sleep 60") + "wall_seconds = 1",
+            3,
+            "it took longer than 1 s and was stopped (wall_seconds)",
+        ),
+        (
+            script("while :; do :; done") + "cpu_seconds = 1\nwall_seconds = 120",
             3,
             "it took more than 1 s of processor time and was stopped (cpu_seconds)",
         ),
@@ -153,7 +165,11 @@ fn whatever_goes_wrong_is_one_line_with_the_name_of_the_converter() {
             3,
             "it wrote more than 1048576 bytes and was stopped",
         ),
-        ("command = ['no-such-program', '{input}']".to_owned(), 1, "its program 'no-such-program' is not there"),
+        (
+            "command = ['no-such-program', '{input}']".to_owned(),
+            1,
+            "its program 'no-such-program' is not there",
+        ),
         ("command = ['/no/such/program', '{input}']".to_owned(), 1, "it is not run: /no/such/program: "),
         (
             "command = ['ln', '-s', '/etc/passwd', '{output}', '--', '{input}']".to_owned(),

@@ -59,7 +59,8 @@ pub(super) fn registry() -> Result<&'static Registry, Failure> {
 /// # Errors
 /// [`Failure`] if something is wrong in the configuration.
 pub(super) fn of(path: &Path) -> Result<Option<Conversion>, Failure> {
-    let is_known = inner_extension(path).is_some_and(|extension| Format::from_extension(&extension).is_some());
+    let is_known =
+        inner_extension(path).is_some_and(|extension| Format::from_extension(&extension).is_some());
     if is_standard_input(path) || is_known {
         return Ok(None);
     }
@@ -78,7 +79,8 @@ pub(super) fn go_ahead(command: &Command) -> Result<(), Failure> {
     for path in files.models {
         let Some(conversion) = of(path)? else { continue };
         if files.draw.is_some_and(|draw| draw.scene.is_some()) {
-            let message = "with --sandbox a converter is not run for a scene file's picture: give its keys as options";
+            let message =
+                "with --sandbox a converter is not run for a scene file's picture: give its keys as options";
             return Err(Failure::usage(message).at(path));
         }
         let made = converters::convert(&conversion.converter, Original::File(path), pixels, &limits);

@@ -114,7 +114,8 @@ fn reports() -> Result<BTreeMap<&'static str, BTreeSet<String>>, Failure> {
     let options = LoadOptions::default();
     let jobs = Jobs::new(1);
     let context = Context { resolver: &NoResolver, limits: &limits, jobs: &jobs };
-    let contents = Contents::json_of_bytes(SAMPLE.as_bytes(), path, (Some(String::new()), &[]), &options, &context)?;
+    let contents =
+        Contents::json_of_bytes(SAMPLE.as_bytes(), path, (Some(String::new()), &[]), &options, &context)?;
     let loaded =
         load_named_bytes(SAMPLE.as_bytes(), path, &options, &context).map_err(|e| Failure::load(&e))?;
     let Loaded { mut scene, .. } = loaded;

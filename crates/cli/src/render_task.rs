@@ -94,7 +94,9 @@ impl RenderTask {
             })?;
         let mut picture = PictureTask { allow_empty: args.allow_empty, ..picture };
         let pixels = picture.options.width.max(picture.options.height);
-        for conversion in [&mut picture.source].into_iter().chain(&mut more).filter_map(|s| s.conversion.as_mut()) {
+        for conversion in
+            [&mut picture.source].into_iter().chain(&mut more).filter_map(|s| s.conversion.as_mut())
+        {
             conversion.pixels = pixels;
         }
         let (reporter, json) = (Reporter { quiet: args.report.quiet }, args.report.json);

@@ -107,7 +107,8 @@ fn denied(alone: bool) -> Result<Calls, BackendError> {
         calls.extend(older.map(|call| (call, Vec::new())));
     }
     // A file that may be read cannot be cut by opening it, whatever the kernel's landlock sees of that.
-    let cuts = |number| argument(number, MaskedEq((libc::O_ACCMODE | libc::O_TRUNC) as u64), libc::O_TRUNC.into());
+    let cuts =
+        |number| argument(number, MaskedEq((libc::O_ACCMODE | libc::O_TRUNC) as u64), libc::O_TRUNC.into());
     calls.insert(libc::SYS_openat, vec![cuts(2)?]);
     #[cfg(target_arch = "x86_64")]
     calls.insert(libc::SYS_open, vec![cuts(1)?]);

@@ -195,7 +195,8 @@ impl Contents {
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a string cannot fail.
-        let by = self.converter.as_ref().map_or_else(String::new, |name| format!(", by the converter {name}"));
+        let by =
+            self.converter.as_ref().map_or_else(String::new, |name| format!(", by the converter {name}"));
         let _ = writeln!(out, "{}: {}{by}", self.file, self.format.unwrap_or("unknown format"));
         let _ = write!(out, "  {} triangles, ", self.triangles);
         for (count, what) in [(self.lines, "lines"), (self.points, "points")] {

@@ -198,7 +198,8 @@ impl Drawing<'_> {
         plan: &Planned,
         model: &mut Dressed,
     ) -> Result<(), Failure> {
-        let source = ModelSource { path: name.into(), format: None, options: plan.options.clone(), conversion: None };
+        let source =
+            ModelSource { path: name.into(), format: None, options: plan.options.clone(), conversion: None };
         let task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
         let Dressed { scene, warnings, .. } = model;
         let diagnosis = Diagnosis::new(&task, &task.source, &mut self.renderer, scene, warnings.clone())?;
@@ -225,7 +226,8 @@ impl Drawing<'_> {
     ) -> Result<(), Failure> {
         let start = Instant::now();
         let Planned { format, aovs, .. } = plan;
-        let source = ModelSource { path: name.into(), format: None, options: plan.options.clone(), conversion: None };
+        let source =
+            ModelSource { path: name.into(), format: None, options: plan.options.clone(), conversion: None };
         let mut task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
         task.allow_empty = self.start.allow_empty;
         let behind = task.behind_for(*format);

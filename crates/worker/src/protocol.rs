@@ -292,7 +292,12 @@ mod tests {
     #[test]
     fn messages_come_back_as_they_were() {
         let mut stream = Vec::new();
-        let work = Work { name: "a.glb".to_owned(), pictures: vec![PictureRequest::default()], waits: true, ..Work::default() };
+        let work = Work {
+            name: "a.glb".to_owned(),
+            pictures: vec![PictureRequest::default()],
+            waits: true,
+            ..Work::default()
+        };
         send(&mut stream, &ToWorker::Work(work), b"glTF").unwrap();
         send(&mut stream, &ToWorker::Draw { pictures: vec![0] }, &[]).unwrap();
         send(&mut stream, &ToWorker::Missing(Missing::Unreadable { reason: "x".to_owned() }), &[]).unwrap();

@@ -23,9 +23,9 @@ use run::{Batch, Ledger, Tally};
 use serde_json::json;
 use shard::Shard;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Does a batch. Returns the exit code: 0, 1 if a picture was not made (unless that is allowed). A batch whose pictures were not
@@ -173,7 +173,8 @@ fn model_of<'a>(args: &'a BatchArgs, converters: &Registry) -> Option<(&'a str, 
     let path = Path::new(&args.input);
     let name = path.file_name()?.to_str()?;
     let folder = path.parent()?.to_str()?;
-    let is_one = !is_url(&args.input) && path.is_file() && (is_model(name) || converters.of_name(path).is_some());
+    let is_one =
+        !is_url(&args.input) && path.is_file() && (is_model(name) || converters.of_name(path).is_some());
     is_one.then_some((if folder.is_empty() { "." } else { folder }, name))
 }
 

@@ -16,9 +16,9 @@ use overcoat_worker::converters::Registry;
 use overcoat_worker::protocol::{FailureReport, FromWorker, Start, ToWorker, Told, Work};
 use process::Process;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 use tokio::sync::{Semaphore, SemaphorePermit};
 
 /// Start and limits of workers.

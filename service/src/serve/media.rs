@@ -155,6 +155,6 @@ mod tests {
         }
         assert_eq!(extension("a/b.OBJ.gz"), "obj.gz");
         assert_eq!(extension("b"), "");
-        assert_eq!(extension_of_type("model/gltf-binary; a=b"), Some("glb"));
+        assert_eq!(extension_of_type("model/gltf-binary; a=b", &Registry::default()), Some("glb"));
     }
 }

@@ -150,7 +150,8 @@ async fn warm(app: &App) -> Result<(), String> {
     let draw = async || {
         let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
         request.keys.insert("size".to_owned(), 16.into());
-        let work = Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true, ..Work::default() };
+        let work =
+            Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true, ..Work::default() };
         // All of them hold a worker before the first one draws.
         app.pool.load(&work, TRIANGLE, &NoFiles, &meter).await
     };

@@ -1,5 +1,6 @@
 //! The service, as its clients see it: the real program on a port of this machine.
 
+mod converters;
 mod errors;
 mod load;
 mod logs;

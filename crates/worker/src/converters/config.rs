@@ -74,10 +74,14 @@ pub fn parse(text: &str) -> Result<Vec<Converter>, String> {
     })?;
     let mut all: Vec<Converter> = Vec::new();
     for (name, entry) in read.converters {
-        let converter = entry.checked(&name, read.allow_unsandboxed).map_err(|e| format!("converters.{name}: {e}"))?;
+        let converter =
+            entry.checked(&name, read.allow_unsandboxed).map_err(|e| format!("converters.{name}: {e}"))?;
         for extension in &converter.extensions {
             if let Some(other) = all.iter().find(|other| other.extensions.contains(extension)) {
-                return Err(format!("converters.{name}: extensions: '{extension}' is that of {} too", other.name));
+                return Err(format!(
+                    "converters.{name}: extensions: '{extension}' is that of {} too",
+                    other.name
+                ));
             }
         }
         all.push(converter);
@@ -118,20 +122,22 @@ impl Entry {
         if !(1..=86_400).contains(&self.cpu_seconds) {
             return Err("cpu_seconds: expected 1 to 86400".to_owned());
         }
-        let wall_seconds = self.wall_seconds.unwrap_or(self.cpu_seconds * 2);
-        if !(1..=86_400 * 2).contains(&wall_seconds) {
-            return Err("wall_seconds: expected 1 to 172800".to_owned());
+        let wall_seconds = self.wall_seconds.unwrap_or(self.cpu_seconds * 5);
+        if !(1..=86_400 * 5).contains(&wall_seconds) {
+            return Err("wall_seconds: expected 1 to 432000".to_owned());
         }
         if self.pixels.is_some_and(|pixels| !(1..=65_536).contains(&pixels)) {
             return Err("pixels: expected 1 to 65536".to_owned());
         }
-        let memory = bytes_of(self.memory, 2 << 30, limit_values::memory).map_err(|e| format!("memory: {e}"))?;
-        let output_bytes =
-            bytes_of(self.output_bytes, 1 << 30, limit_values::bytes).map_err(|e| format!("output_bytes: {e}"))?;
+        let memory =
+            bytes_of(self.memory, 2 << 30, limit_values::memory).map_err(|e| format!("memory: {e}"))?;
+        let output_bytes = bytes_of(self.output_bytes, 1 << 30, limit_values::bytes)
+            .map_err(|e| format!("output_bytes: {e}"))?;
         let about = self.about.unwrap_or_else(|| name.to_owned());
         let mime_type =
             self.mime_type.unwrap_or_else(|| format!("model/x-{}", extensions.first().map_or(name, |e| e)));
-        let scratch = self.scratch || self.command.iter().any(|a| a.contains("{output}") || a.contains("{scratch}"));
+        let scratch =
+            self.scratch || self.command.iter().any(|a| a.contains("{output}") || a.contains("{scratch}"));
         Ok(Converter {
             name: name.to_owned(),
             about,
@@ -242,7 +248,7 @@ memory = "1Gi"
         let [step] = &converters[..] else { panic!("{converters:?}") };
         assert_eq!(step.extensions, ["step", "stp"]);
         assert_eq!(step.magic, [b"ISO-10303-21".to_vec(), vec![0x89, 0xe1]]);
-        assert_eq!((step.memory, step.cpu_seconds, step.wall_seconds), (1 << 30, 60, 120));
+        assert_eq!((step.memory, step.cpu_seconds, step.wall_seconds), (1 << 30, 60, 300));
         assert_eq!((step.mime_type.as_str(), step.about.as_str()), ("model/x-step", "step"));
         assert!(!step.scratch && !step.processes && !step.unsandboxed);
         assert!(step.uses("{pixels}") && !step.uses("{output}"));
@@ -252,22 +258,38 @@ memory = "1Gi"
     #[test]
     fn whatever_is_wrong_is_named() {
         let entry = |lines: &str| format!("[converters.x]\n{lines}");
-        let with = |lines: &str| entry(&format!("extensions = ['x1']\ncommand = ['cat', '{{input}}']\n{lines}"));
+        let with =
+            |lines: &str| entry(&format!("extensions = ['x1']\ncommand = ['cat', '{{input}}']\n{lines}"));
         for (text, message) in [
             (entry("extensions = ['x1']"), "line 1: missing field `command`"),
             (entry("command = ['cat', '{input}']"), "line 1: missing field `extensions`"),
             (with("colour = 1"), "line 4: unknown field `colour`"),
             ("[converter.x]".to_owned(), "line 1: unknown field `converter`"),
             (entry("extensions = ['x1']\ncommand = []"), "converters.x: command: it is empty"),
-            (entry("extensions = ['x1']\ncommand = ['cat']"), "converters.x: command: no argument has {input}"),
-            (entry("extensions = ['x1']\ncommand = ['./a', '{input}']"), "converters.x: command: './a' is neither"),
-            (entry("extensions = []\ncommand = ['cat', '{input}']"), "converters.x: extensions: there are none"),
+            (
+                entry("extensions = ['x1']\ncommand = ['cat']"),
+                "converters.x: command: no argument has {input}",
+            ),
+            (
+                entry("extensions = ['x1']\ncommand = ['./a', '{input}']"),
+                "converters.x: command: './a' is neither",
+            ),
+            (
+                entry("extensions = []\ncommand = ['cat', '{input}']"),
+                "converters.x: extensions: there are none",
+            ),
             (
                 entry("extensions = ['STL']\ncommand = ['cat', '{input}']"),
                 "converters.x: extensions: .stl is read without a converter (STL)",
             ),
-            (entry("extensions = ['gz']\ncommand = ['cat', '{input}']"), "converters.x: extensions: .gz is unpacked"),
-            (entry("extensions = ['../a']\ncommand = ['cat', '{input}']"), "converters.x: extensions: '../a' is none"),
+            (
+                entry("extensions = ['gz']\ncommand = ['cat', '{input}']"),
+                "converters.x: extensions: .gz is unpacked",
+            ),
+            (
+                entry("extensions = ['../a']\ncommand = ['cat', '{input}']"),
+                "converters.x: extensions: '../a' is none",
+            ),
             (with("magic = ['glTF']"), "converters.x: magic: 'glTF' begins files that are read"),
             (with("magic = ['PK']"), "converters.x: magic: 'PK' begins files"),
             (with("magic = ['a']"), "converters.x: magic: 'a' has not 2 to 64 bytes"),
@@ -277,8 +299,10 @@ memory = "1Gi"
             (with("memory = 1"), "converters.x: memory: expected at least 64Mi"),
             (with("output_bytes = '1x'"), "converters.x: output_bytes: unknown suffix 'x'"),
             (with("pixels = 0"), "converters.x: pixels: expected 1 to 65536"),
-            (format!("{STEP}[converters.other]\nextensions = ['stp']\ncommand = ['cat', '{{input}}']"),
-                "converters.step: extensions: 'stp' is that of other too"),
+            (
+                format!("{STEP}[converters.other]\nextensions = ['stp']\ncommand = ['cat', '{{input}}']"),
+                "converters.step: extensions: 'stp' is that of other too",
+            ),
         ] {
             let error = parse(&text).unwrap_err();
             assert!(error.starts_with(message), "{text}\n{error}");

@@ -18,8 +18,7 @@ pub const NOT_STARTED: u8 = 125;
 pub const MARK: &str = "overcoat-launcher: ";
 
 /// Folders of programs and libraries of the system.
-const PROGRAMS: [&str; 8] =
-    ["/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store", "/gnu/store"];
+const PROGRAMS: [&str; 8] = ["/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/nix/store", "/gnu/store"];
 
 /// Files and folders of the system that programs read at their start.
 const SETTINGS: [&str; 12] = [
@@ -130,7 +129,11 @@ fn grants(launch: &Launch, input: &OsStr) -> ProgramGrants {
         if path.is_dir() { grants.read_folders.push(path) } else { grants.read_files.push(path) }
     }
     for path in &launch.read {
-        if path.is_dir() { grants.run_folders.push(path.clone()) } else { grants.run_files.push(path.clone()) }
+        if path.is_dir() {
+            grants.run_folders.push(path.clone())
+        } else {
+            grants.run_files.push(path.clone())
+        }
     }
     grants
 }
@@ -143,7 +146,10 @@ fn bound(launch: &Launch) -> Result<(), String> {
         // Whoever started the program may have been stricter.
         let least = |given: Option<u64>, own: u64| Some(given.map_or(own, |given| given.min(own)));
         let Rlimit { current, maximum } = getrlimit(resource);
-        let bounds = Rlimit { current: least(current.min(maximum).or(current).or(maximum), bound), maximum: least(maximum, hard) };
+        let bounds = Rlimit {
+            current: least(current.min(maximum).or(current).or(maximum), bound),
+            maximum: least(maximum, hard),
+        };
         setrlimit(resource, bounds).map_err(|e| format!("bounds cannot be set: {e}"))
     };
     set(Resource::Core, 0, 0)?;

@@ -107,7 +107,8 @@ impl Registry {
         if extension.is_some_and(|extension| Format::from_extension(extension).is_some()) {
             return None;
         }
-        let begins = |converter: &&Arc<Converter>| converter.magic.iter().any(|magic| head.starts_with(magic));
+        let begins =
+            |converter: &&Arc<Converter>| converter.magic.iter().any(|magic| head.starts_with(magic));
         self.of_name(name).or_else(|| self.converters.iter().find(begins))
     }
 

@@ -11,8 +11,11 @@ pub const VARIABLE: &str = "OVERCOAT_CONVERTERS";
 pub const NONE: &str = "none";
 
 /// Folders in which packages and operators register converters, a file for each.
-const FOLDERS: [&str; 3] =
-    ["/etc/overcoat/converters.d", "/usr/local/share/overcoat/converters.d", "/usr/share/overcoat/converters.d"];
+const FOLDERS: [&str; 3] = [
+    "/etc/overcoat/converters.d",
+    "/usr/local/share/overcoat/converters.d",
+    "/usr/share/overcoat/converters.d",
+];
 
 /// The converters of a file that is named, and of no other; `none` stands for none.
 ///

@@ -190,7 +190,12 @@ mod system {
     }
 
     /// Runs a launcher to its end. `most`: bytes of its output.
-    pub(super) fn run(launch: &Launch, input: &Path, converter: &Converter, most: u64) -> Result<Ended, Failure> {
+    pub(super) fn run(
+        launch: &Launch,
+        input: &Path,
+        converter: &Converter,
+        most: u64,
+    ) -> Result<Ended, Failure> {
         let own = std::env::current_exe().map_err(|e| failed(format!("this program's own file: {e}")))?;
         let spec = serde_json::to_string(launch).map_err(failed)?;
         let mut command = Command::new(own);
@@ -325,9 +330,10 @@ mod system {
         pub(super) fn check(&self, converter: &Converter) -> Result<(), Failure> {
             let bound = |what: String| Err(Failure::beyond(what));
             match (self.stopped, self.status.signal()) {
-                (Some(Stopped::Time), _) => {
-                    bound(format!("it took longer than {} s and was stopped (wall_seconds)", converter.wall_seconds))
-                }
+                (Some(Stopped::Time), _) => bound(format!(
+                    "it took longer than {} s and was stopped (wall_seconds)",
+                    converter.wall_seconds
+                )),
                 (Some(Stopped::Output), _) => bound(format!(
                     "it wrote more than {} bytes and was stopped (output_bytes, --limit input_bytes)",
                     converter.output_bytes
@@ -339,7 +345,9 @@ mod system {
                 (None, Some(signal)) if signal == Signal::XFSZ.as_raw() => {
                     bound(format!("it wrote more than {} bytes and was stopped", converter.output_bytes))
                 }
-                (None, Some(signal)) => Err(failed(format!("it was ended by signal {signal}{}", self.last_words()))),
+                (None, Some(signal)) => {
+                    Err(failed(format!("it was ended by signal {signal}{}", self.last_words())))
+                }
                 (None, None) => self.check_code(converter),
             }
         }
