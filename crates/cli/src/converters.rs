@@ -19,13 +19,13 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// Options of the command line. Of the process, as the command line is.
 static CHOICE: OnceLock<(Option<PathBuf>, bool)> = OnceLock::new();
 
-/// What was found in the configuration.
+/// Registry of the configuration, or what is wrong with it.
 static REGISTRY: OnceLock<Result<Registry, String>> = OnceLock::new();
 
-/// What a converter has made of a file.
+/// Result of a converter for a file.
 type Made = Arc<Result<Converted, Failure>>;
 
-/// What was made before rights were given up.
+/// Results from before rights were given up.
 static AHEAD: Mutex<BTreeMap<PathBuf, Made>> = Mutex::new(BTreeMap::new());
 
 /// Settles which configuration counts.

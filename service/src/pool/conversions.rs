@@ -17,7 +17,7 @@ pub(super) struct Conversions {
     permits: Arc<Semaphore>,
 }
 
-/// What a converter has made of a model.
+/// Result of a converter for a model.
 pub(super) struct Made {
     /// Name of the converter.
     pub(super) converter: String,

@@ -145,7 +145,7 @@ pub enum Original<'a> {
     Bytes(&'a [u8]),
 }
 
-/// What a converter has made.
+/// Result of a converter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Converted {
     /// GLB, by its first bytes.
@@ -175,7 +175,7 @@ pub struct Conversion {
     pub converter: Arc<Converter>,
     /// Longer side of the picture in pixels.
     pub pixels: u32,
-    /// What it has made already, before rights were given up.
+    /// Its result, if it was run already, before rights were given up.
     pub ahead: Option<Arc<Result<Converted, Failure>>>,
 }
 
