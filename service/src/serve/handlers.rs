@@ -84,7 +84,7 @@ async fn answer_body(
     let (format, negotiated) = format(app, &options, &parts.headers)?;
     let Priced { request, price, priority } = options.priced(format, &app.rules)?;
     trace.options(&options, &request, price);
-    settle(&app, &trace, &mut upload, &options)?;
+    settle(app, &trace, &mut upload, &options)?;
     let wishes = Wishes {
         method: &parts.method,
         headers: &parts.headers,
