@@ -4,6 +4,8 @@
 mod cache;
 #[path = "cli/conformance.rs"]
 mod conformance;
+#[path = "cli/converters.rs"]
+mod converters;
 #[path = "cli/diagnose.rs"]
 mod diagnose;
 #[path = "cli/diff.rs"]

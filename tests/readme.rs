@@ -61,9 +61,9 @@ fn help(command: &str) -> String {
 #[test]
 fn options_of_the_manual_exist_and_all_of_render_are_there() {
     let known: BTreeSet<String> = COMMANDS.iter().flat_map(|c| options(&help(c))).collect();
-    // Options of cargo, of containers and overcoat-service in one, of the installer of the C library, of F3D.
+    // Options of cargo, of containers and overcoat-service in one, of the installer of the C library, of F3D, of converters.
     let others = "--release --bench --example --help --locked --open --path --rm --network --listen --prefix \
-                  --resolution --camera-direction --background-color";
+                  --resolution --camera-direction --background-color --angle --deflection --disable-autoexec --factory-startup --python --pixels --no-install-recommends";
     let others = options(others);
     let mut mentioned = BTreeSet::new();
     for page in

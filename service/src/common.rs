@@ -6,9 +6,11 @@ use clap::Args;
 use overcoat::description::{Description, EnvironmentChoice, MaterialChoice};
 use overcoat_cli::args::DrawArgs;
 use overcoat_cli::value_parsers;
+use overcoat_worker::converters::{Registry, places};
 use overcoat_worker::protocol::Start;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Bytes of a file that all pictures have in common, at most.
 const LARGEST_FILE: u64 = 1 << 30;
@@ -51,6 +53,46 @@ impl WorkerLimitArgs {
     }
 }
 
+/// Programs that make GLB of formats that are not read here.
+// Help, and no markup.
+#[allow(missing_docs)]
+#[derive(Debug, Default, Args)]
+pub struct ConverterArgs {
+    /// File that registers converters, programs that make GLB of other formats (TOML), or none
+    #[arg(long, value_name = "FILE", help_heading = "Input")]
+    pub converters: Option<PathBuf>,
+
+    /// Run converters where there is no sandbox for them, too: they can do all that this program can then
+    #[arg(long, help_heading = "Input")]
+    pub allow_unsandboxed_converters: bool,
+}
+
+impl ConverterArgs {
+    /// The converters of the file that is named, and of no other: what is installed on a machine is not yet offered to clients.
+    ///
+    /// # Errors
+    /// One line that names the file.
+    pub fn named(&self) -> Result<Arc<Registry>, String> {
+        let registry = self.converters.as_deref().map(places::named).transpose()?.unwrap_or_default();
+        Ok(self.settled(registry))
+    }
+
+    /// The converters of the file that is named, or of the usual places.
+    ///
+    /// # Errors
+    /// One line that names the file.
+    pub fn usual(&self) -> Result<Arc<Registry>, String> {
+        Ok(self.settled(places::find(self.converters.as_deref())?))
+    }
+
+    fn settled(&self, mut registry: Registry) -> Arc<Registry> {
+        if self.allow_unsandboxed_converters {
+            registry.allow_unsandboxed();
+        }
+        Arc::new(registry)
+    }
+}
+
 /// A number of bytes with a suffix.
 ///
 /// # Errors
@@ -67,6 +109,8 @@ pub struct Common {
     pub start: Start,
     /// Content keys of pictures.
     pub keys: Keys,
+    /// Converters of formats that are not read here.
+    pub converters: Arc<Registry>,
 }
 
 impl Common {
@@ -75,7 +119,7 @@ impl Common {
     ///
     /// # Errors
     /// One line.
-    pub fn new(draw: &DrawArgs) -> Result<Self, String> {
+    pub fn new(draw: &DrawArgs, converters: Arc<Registry>) -> Result<Self, String> {
         let mut description = match &draw.scene {
             Some(path) => Description::open(path).map_err(|e| e.to_string())?,
             None => Description::default(),
@@ -100,7 +144,8 @@ impl Common {
             memory: None,
             environments: BTreeMap::new(),
         };
-        Ok(Self { keys: Keys::new(&start, &files), start })
+        let keys = Keys::new(&start, &files, converters.key());
+        Ok(Self { keys, start, converters })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Content keys: names for pictures that say all that they were made of.
 
 use crate::files::Needed;
+use overcoat::load::Format;
 use overcoat_worker::protocol::{PictureRequest, Start};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -14,13 +15,15 @@ pub struct Keys {
     common: blake3::Hasher,
     /// Hashes of environments, by the names that pictures ask for them by.
     environments: BTreeMap<String, String>,
+    /// Text that changes with what converters make of files that are not read here.
+    converters: String,
 }
 
 impl Keys {
     /// Keys for this version of the program and the first message to workers; `files` are the contents of files that
-    /// it refers to, by the paths that stand there.
+    /// it refers to, by the paths that stand there; `converters` tells converters from others.
     #[must_use]
-    pub fn new(start: &Start, files: &[(String, Vec<u8>)]) -> Self {
+    pub fn new(start: &Start, files: &[(String, Vec<u8>)], converters: String) -> Self {
         let mut common = blake3::Hasher::new();
         part(&mut common, b"overcoat");
         part(&mut common, env!("CARGO_PKG_VERSION").as_bytes());
@@ -31,7 +34,7 @@ impl Keys {
         }
         part(&mut common, description.to_string().as_bytes());
         part(&mut common, start.variant.as_deref().unwrap_or_default().as_bytes());
-        Self { common, environments: BTreeMap::new() }
+        Self { common, environments: BTreeMap::new(), converters }
     }
 
     /// The same for pictures that may ask for environments by name, whose contents have these hashes.
@@ -48,6 +51,10 @@ impl Keys {
         // The extension holds information that the content does not.
         let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
         part(&mut hasher, extension.to_ascii_lowercase().as_bytes());
+        if !self.converters.is_empty() && Format::from_extension(extension).is_none() {
+            part(&mut hasher, b"converted");
+            part(&mut hasher, self.converters.as_bytes());
+        }
         part(&mut hasher, &(needed.len() as u64).to_le_bytes());
         for file in needed {
             part(&mut hasher, file.name.as_bytes());
@@ -101,7 +108,7 @@ mod tests {
                   size: u32| {
             let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
             request.keys.insert("size".to_owned(), size.into());
-            Keys::new(start, files).of(model, name, needed, &request)
+            Keys::new(start, files, String::new()).of(model, name, needed, &request)
         };
         let texture = Needed::found("a.png", false, b"x");
         let plain = of(&start, &[], "m", "m.glb", &[], 64);
@@ -126,6 +133,12 @@ mod tests {
             of(&start, &[], "m", "m.glb", &[Needed::found("a.png", false, b"y")], 64),
             of(&start, &[], "m", "m.glb", &[], 65),
         ];
+        let of_converter = |name: &str, text: &str| {
+            let request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
+            Keys::new(&start, &[], text.to_owned()).of("m", name, &[], &request)
+        };
+        assert_eq!(of_converter("m.glb", "a"), of_converter("m.glb", "b"));
+        assert_ne!(of_converter("m.step", "a"), of_converter("m.step", "b"));
         let mut all: Vec<&String> = others.iter().chain([&plain]).collect();
         all.sort();
         all.dedup();

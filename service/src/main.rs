@@ -6,6 +6,7 @@ use overcoat_cli::install;
 use overcoat_service::batch::{self, args::BatchArgs};
 use overcoat_service::mcp::{self, args::McpArgs};
 use overcoat_service::serve::{self, args::ServeArgs};
+use overcoat_worker::converters::launch;
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
@@ -46,9 +47,15 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    // It becomes another program, before anything of this one is set up.
+    if let Some((_, [command, rest @ ..])) = arguments.split_first()
+        && command == launch::COMMAND
+    {
+        return ExitCode::from(launch::launch(rest));
+    }
     // Options of the service come from the environment, too.
     let command = Cli::command().mut_subcommand("serve", serve::config::with_environment);
-    let arguments: Vec<OsString> = std::env::args_os().collect();
     let given = command.clone().try_get_matches_from(&arguments);
     let read = given.and_then(|given| Cli::from_arg_matches(&given).map(|cli| (given, cli)));
     let (given, cli) = match read {

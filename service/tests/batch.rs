@@ -386,3 +386,39 @@ fn presets_are_those_of_the_service() {
         told(&wrong)
     );
 }
+
+/// Formats of registered converters are models of a folder like others; what a converter says of a file is in its record.
+#[test]
+#[cfg(target_os = "linux")]
+fn registered_converters_make_models_of_other_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let (from, to) = (folder.path().join("models"), folder.path().join("pictures"));
+    std::fs::create_dir(&from).unwrap();
+    for name in ["a.glb", "b.copy", "c.other"] {
+        std::fs::copy(assets().join("rounded-cube.glb"), from.join(name)).unwrap();
+    }
+    std::fs::write(from.join("broken.copy"), "nothing").unwrap();
+    let converters = folder.path().join("c.toml");
+    let text = "[converters.copy]\nextensions = ['copy']\n\
+                command = ['sh', '-c', 'echo warning: copied >&2; exec cat \"$1\"', 'x', '{input}']\n";
+    std::fs::write(&converters, text).unwrap();
+    let folders = [from.to_str().unwrap(), "-o", to.to_str().unwrap(), "--verify", "1"];
+    let output = batch(&[&folders[..], &["--converters", converters.to_str().unwrap()]].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    let records = records(&to.join("report.jsonl"));
+    if records["b.copy.png"]["error"].to_string().contains("there is no sandbox here") {
+        eprintln!("SKIPPED, NOTHING WAS TESTED: this kernel has no sandbox");
+        return;
+    }
+    let pictures = files(&to);
+    assert_eq!(pictures.keys().collect::<Vec<_>>(), ["a.glb.png", "b.copy.png"]);
+    assert_eq!(pictures["a.glb.png"], pictures["b.copy.png"]);
+    assert_eq!(records["b.copy.png"]["warnings"][0], "copied");
+    let error = &records["broken.copy.png"]["error"];
+    assert_eq!(error["kind"], "failed");
+    let message = error["message"].as_str().unwrap();
+    assert!(message.starts_with("broken.copy: converter copy: it was to write GLB"), "{message}");
+    // Without the converter they are no models.
+    let none = batch(&[&folders[..3], &["--converters", "none"]].concat());
+    assert_eq!(none.status.code(), Some(0), "{}", told(&none));
+}

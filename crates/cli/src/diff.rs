@@ -21,7 +21,7 @@ use serde::Serialize;
 /// Factor of the differences in the picture.
 const AMPLIFICATION: u16 = 4;
 /// Width and height of each picture where none are given.
-const DEFAULT_SIDE: [u64; 2] = [512; 2];
+pub(super) const DEFAULT_SIDE: [u64; 2] = [512; 2];
 
 /// Report of `--json`. Fields are only ever added.
 #[derive(Debug, Serialize)]

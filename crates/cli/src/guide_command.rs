@@ -13,6 +13,7 @@ use overcoat_render::{Rendered, Renderer};
 use overcoat_worker::Contents;
 use overcoat_worker::annotation_report::annotations;
 use overcoat_worker::codes::{self, Code};
+use overcoat_worker::converters::{Registry, config};
 use overcoat_worker::diagnosis::Diagnosis;
 use overcoat_worker::message::WarningJson;
 use overcoat_worker::model_source::ModelSource;
@@ -25,6 +26,14 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Duration;
+
+/// A converter, so that the keys of its entry are known.
+fn sample_registry() -> Registry {
+    let text = "[converters.x]\nextensions = ['x']\ncommand = ['x', '{input}']";
+    let mut registry = Registry::default();
+    registry.add(config::parse(text).unwrap_or_default());
+    registry
+}
 
 /// The page.
 const GUIDE: &str = include_str!("guide.md");
@@ -105,11 +114,12 @@ fn reports() -> Result<BTreeMap<&'static str, BTreeSet<String>>, Failure> {
     let options = LoadOptions::default();
     let jobs = Jobs::new(1);
     let context = Context { resolver: &NoResolver, limits: &limits, jobs: &jobs };
-    let contents = Contents::json_of_bytes(SAMPLE.as_bytes(), path, &options, &context)?;
+    let contents =
+        Contents::json_of_bytes(SAMPLE.as_bytes(), path, (Some(String::new()), &[]), &options, &context)?;
     let loaded =
         load_named_bytes(SAMPLE.as_bytes(), path, &options, &context).map_err(|e| Failure::load(&e))?;
     let Loaded { mut scene, .. } = loaded;
-    let source = ModelSource { path: path.to_owned(), format: None, options };
+    let source = ModelSource { path: path.to_owned(), format: None, options, conversion: None };
     let description = Description { size: Some([8, 8]), ..Description::default() };
     let mut task = PictureTask::new(description, source, Machine::default(), &limits)?;
     // Parts of reports that are there when they are asked for.
@@ -145,7 +155,7 @@ fn reports() -> Result<BTreeMap<&'static str, BTreeSet<String>>, Failure> {
         ("render", keys_of(&rendered)?),
         ("info", keys_of(&contents)?),
         ("diagnose", keys_of(&diagnosis)?),
-        ("formats", keys_of(&super::formats_command::report())?),
+        ("formats", keys_of(&super::formats_command::report(&sample_registry()))?),
         ("error", keys_of(&Failure::usage("").json())?),
         ("warning", keys_of(&WarningJson::from(&warning))?),
     ]))

@@ -1,5 +1,6 @@
 //! `overcoat batch`, `overcoat serve` and `overcoat mcp`: another program does them, so that this one has no network and stays small.
 
+use super::args::Cli;
 use super::failure::Failure;
 use clap::Args;
 use overcoat_worker::companion::program;
@@ -18,9 +19,15 @@ pub struct ServiceArgs {
 ///
 /// # Errors
 /// [`Failure`] if it is not there, and without a word if it has ended with an error, which it has told itself.
-pub(super) fn run(name: &str, args: &ServiceArgs) -> Result<(), Failure> {
+pub(super) fn run(name: &str, args: &ServiceArgs, cli: &Cli) -> Result<(), Failure> {
     let mut command = Command::new(program("overcoat-service"));
     command.arg(name).args(&args.rest);
+    if let Some(file) = &cli.converters {
+        command.arg("--converters").arg(file);
+    }
+    if cli.allow_unsandboxed_converters {
+        command.arg("--allow-unsandboxed-converters");
+    }
     #[cfg(unix)]
     let error = std::os::unix::process::CommandExt::exec(&mut command);
     #[cfg(not(unix))]

@@ -23,7 +23,8 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     source.options.textures = TextureLoading::Whole;
     let model = open_animated(&source, &limits, &jobs)?;
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;
-    let contents = Contents::of(&model, &loaded, file_name(&args.input));
+    let mut contents = Contents::of(&model, &loaded, file_name(&args.input));
+    contents.converter = source.conversion.map(|conversion| conversion.converter.name.clone());
     for warning in &loaded.warnings {
         reporter.tell(warning);
     }

@@ -1,6 +1,7 @@
 //! Models that arguments name.
 
 use super::args::InputArgs;
+use super::converters;
 use super::failure::Failure;
 use overcoat_core::suggest::{nearest_name, suggestion};
 use overcoat_description::is_standard_input;
@@ -17,7 +18,8 @@ pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
     let textures = TextureLoading::ByNeed;
     let options = LoadOptions::default().with_variant(args.variant.clone()).with_textures(textures);
     let options = options.with_up(args.up()).with_plate(args.plate());
-    Ok(ModelSource { path: path.to_owned(), format: format(args, path)?, options })
+    let conversion = converters::of(path)?;
+    Ok(ModelSource { path: path.to_owned(), format: format(args, path)?, options, conversion })
 }
 
 /// The format that `--format` names, which is for standard input.

@@ -11,6 +11,7 @@ mod bench;
 mod compare;
 pub mod conformance;
 mod contact;
+mod converters;
 mod default_command;
 mod default_output;
 mod diagnose;
@@ -53,6 +54,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use failure::{Failure, one_line};
 use overcoat_core::limits::Limits;
 use overcoat_core::suggest::suggestion;
+use overcoat_worker::converters::launch;
 use report::Reporter;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -67,14 +69,20 @@ pub fn run() -> ExitCode {
 /// be given up, and signals are listened to. Returns the exit code.
 #[must_use]
 pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
-    overcoat_worker::signals::listen();
     let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    // It becomes another program, before anything of this one is set up.
+    if let Some((_, [command, rest @ ..])) = arguments.split_first()
+        && command == launch::COMMAND
+    {
+        return launch::launch(rest);
+    }
+    overcoat_worker::signals::listen();
     error_format::speak(error_format::asked(&arguments));
     let done = match short_help::parse(default_command::completed(arguments)) {
         Ok(mut cli) => {
             let memory = Limits::check_memory(|| "start".to_owned(), 0).map_err(|e| Failure::limit(&e));
             let settled = memory.and_then(|()| settle(&mut cli));
-            settled.and_then(|()| confine(&mut cli)).and_then(|()| dispatch(&cli.command))
+            settled.and_then(|()| confine(&mut cli)).and_then(|()| dispatch(&cli))
         }
         Err(error) => match error.kind() {
             ErrorKind::DisplayHelp
@@ -100,10 +108,13 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + C
 
 /// Settles what depends on files that are there, before rights are given up.
 fn settle(cli: &mut Cli) -> Result<(), Failure> {
-    match &mut cli.command {
-        Command::Render(args) => default_output::settle(args),
-        _ => Ok(()),
+    converters::choose(cli.converters.as_deref(), cli.allow_unsandboxed_converters)?;
+    if let Command::Render(args) = &mut cli.command {
+        default_output::settle(args)?;
     }
+    let is_confined = matches!(&cli.command, Command::Thumbnail(args) if !args.no_sandbox);
+    // A thumbnail's process has a bound on its memory, too, which is not the converter's.
+    if cli.sandbox || is_confined { converters::go_ahead(&cli.command) } else { Ok(()) }
 }
 
 /// Gives up rights, if that is wanted; for thumbnails, unless it is not.
@@ -123,8 +134,8 @@ fn confine(cli: &mut Cli) -> Result<(), Failure> {
 }
 
 /// Carries out one command.
-fn dispatch(command: &Command) -> Result<(), Failure> {
-    match command {
+fn dispatch(cli: &Cli) -> Result<(), Failure> {
+    match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Thumbnail(args) => thumbnail::run(args),
         Command::Turntable(args) => turntable::run(args),
@@ -144,9 +155,9 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Golden(args) => golden::run(args),
         Command::Completions(args) => install::completions(args),
         Command::Man(args) => install::man(args),
-        Command::Batch(args) => hand_over::run("batch", args),
-        Command::Serve(args) => hand_over::run("serve", args),
-        Command::Mcp(args) => hand_over::run("mcp", args),
+        Command::Batch(args) => hand_over::run("batch", args, cli),
+        Command::Serve(args) => hand_over::run("serve", args, cli),
+        Command::Mcp(args) => hand_over::run("mcp", args, cli),
         Command::Attempt(args) => attempt::run(args),
     }
 }

@@ -77,7 +77,7 @@ impl RenderTask {
         };
         let mut sources = paths.iter().map(source).collect::<Result<Vec<_>, Failure>>()?.into_iter();
         let source = sources.next().ok_or_else(|| Failure::usage("no model is given"))?;
-        let more: Vec<ModelSource> = sources.collect();
+        let mut more: Vec<ModelSource> = sources.collect();
         let mut inputs = paths.to_vec();
         inputs.extend(args.scene.clone());
         if let Some(EnvironmentChoice::File(file)) = &description.env {
@@ -92,7 +92,13 @@ impl RenderTask {
                 // It is about none of them.
                 _ => failure,
             })?;
-        let picture = PictureTask { allow_empty: args.allow_empty, ..picture };
+        let mut picture = PictureTask { allow_empty: args.allow_empty, ..picture };
+        let pixels = picture.options.width.max(picture.options.height);
+        for conversion in
+            [&mut picture.source].into_iter().chain(&mut more).filter_map(|s| s.conversion.as_mut())
+        {
+            conversion.pixels = pixels;
+        }
         let (reporter, json) = (Reporter { quiet: args.report.quiet }, args.report.json);
         Ok(Self { reporter, progress, json, embedded: Embedded::Never, picture, more, inputs })
     }

@@ -53,14 +53,14 @@ fn failure(error: &SandboxError) -> Failure {
 }
 
 /// Files that a command that reads models was given.
-struct Files<'a> {
-    draw: Option<&'a DrawArgs>,
-    models: &'a [PathBuf],
+pub(super) struct Files<'a> {
+    pub(super) draw: Option<&'a DrawArgs>,
+    pub(super) models: &'a [PathBuf],
     output: Option<&'a Path>,
 }
 
 impl<'a> Files<'a> {
-    fn of(command: &'a Command) -> Self {
+    pub(super) fn of(command: &'a Command) -> Self {
         let (draw, models, output) = match command {
             Command::Render(a) => (Some(&a.model.draw), a.model.input.as_slice(), a.output.as_ref()),
             Command::Turntable(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.movie.output)),

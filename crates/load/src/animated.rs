@@ -1,6 +1,6 @@
 //! Models at any time of an animation.
 use super::gltf::{Purpose, Rig};
-use super::{Claim, Context, Format, LoadError, LoadOptions, Loaded, Model};
+use super::{Claim, Context, Format, LoadError, LoadOptions, Loaded, Model, Warning};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
 use std::path::Path;
@@ -67,6 +67,13 @@ impl AnimatedModel {
         let claim = Claim { said: None, named: super::format_of_name(name) };
         let (model, format) = super::read_bytes(bytes, claim, options, Purpose::Contents, context)?;
         Ok(Self { model, format, repeat: repeats(options) })
+    }
+
+    /// Adds to what was lost on the way to the file that was read.
+    #[must_use]
+    pub fn with_warning(mut self, warning: Warning) -> Self {
+        self.model.warn(warning);
+        self
     }
 
     /// The format that the file was found to have.

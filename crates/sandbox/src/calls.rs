@@ -27,6 +27,117 @@ pub(super) fn restrict() -> Result<(), SandboxError> {
     install(allowed().map_err(system)?, refused(libc::EPERM), SeccompAction::Allow)
 }
 
+/// Restricts this thread and what it becomes: any program may run in it, without network and without power over other processes
+/// or over files' names, owners and rights. `alone`: no other process can be started.
+///
+/// Everything refused is an error for the program (`EPERM`), since one that was written without this in mind tries a lot and goes on.
+pub(super) fn restrict_program(alone: bool) -> Result<(), SandboxError> {
+    let refused = |code: i32| SeccompAction::Errno(code.unsigned_abs());
+    let system = |error: BackendError| SandboxError::System(error.to_string());
+    // Their arguments are in memory, where a filter cannot see them. C libraries use the older calls if these are not there.
+    let unseen = Calls::from([(libc::SYS_clone3, Vec::new()), (libc::SYS_openat2, Vec::new())]);
+    install(unseen, SeccompAction::Allow, refused(libc::ENOSYS))?;
+    install(denied(alone).map_err(system)?, SeccompAction::Allow, refused(libc::EPERM))
+}
+
+/// System calls that no converter of files needs.
+fn denied(alone: bool) -> Result<Calls, BackendError> {
+    let mut calls = deadly()?;
+    // A program is what the process becomes; memory files and socket pairs lead nowhere.
+    for harmless in [libc::SYS_execve, libc::SYS_memfd_create, libc::SYS_socketpair, libc::SYS_personality] {
+        calls.remove(&harmless);
+    }
+    let more = [
+        // Metadata of files, which landlock leaves alone.
+        libc::SYS_fchmod,
+        libc::SYS_fchmodat,
+        libc::SYS_fchown,
+        libc::SYS_fchownat,
+        libc::SYS_utimensat,
+        libc::SYS_setxattr,
+        libc::SYS_lsetxattr,
+        libc::SYS_fsetxattr,
+        libc::SYS_removexattr,
+        libc::SYS_lremovexattr,
+        libc::SYS_fremovexattr,
+        // Older kernels' landlock does not see it.
+        libc::SYS_truncate,
+        // A way out of the group of processes that is ended as a whole.
+        libc::SYS_setsid,
+        libc::SYS_setpgid,
+        // Memory and messages that stay when the process has ended.
+        libc::SYS_shmget,
+        libc::SYS_semget,
+        libc::SYS_msgget,
+        libc::SYS_mq_open,
+        // Bounds of other processes.
+        libc::SYS_setpriority,
+        libc::SYS_sched_setscheduler,
+        libc::SYS_sched_setattr,
+        libc::SYS_setgroups,
+        libc::SYS_setresgid,
+        libc::SYS_setregid,
+        // Newer calls that do what others above do: fchmodat2, the setxattrat family, file_setattr, mount setters.
+        452,
+        463,
+        466,
+        469,
+        libc::SYS_mount_setattr,
+        libc::SYS_fsconfig,
+        libc::SYS_fsmount,
+        libc::SYS_sethostname,
+        libc::SYS_settimeofday,
+        libc::SYS_clock_settime,
+        libc::SYS_adjtimex,
+        libc::SYS_syslog,
+        libc::SYS_quotactl,
+        libc::SYS_acct,
+    ];
+    calls.extend(more.map(|call| (call, Vec::new())));
+    #[cfg(target_arch = "x86_64")]
+    {
+        let older = [
+            libc::SYS_chmod,
+            libc::SYS_chown,
+            libc::SYS_lchown,
+            libc::SYS_utime,
+            libc::SYS_utimes,
+            libc::SYS_futimesat,
+        ];
+        calls.extend(older.map(|call| (call, Vec::new())));
+    }
+    // A file that may be read cannot be cut by opening it, whatever the kernel's landlock sees of that.
+    let cuts =
+        |number| argument(number, MaskedEq((libc::O_ACCMODE | libc::O_TRUNC) as u64), libc::O_TRUNC.into());
+    calls.insert(libc::SYS_openat, vec![cuts(2)?]);
+    #[cfg(target_arch = "x86_64")]
+    calls.insert(libc::SYS_open, vec![cuts(1)?]);
+    // Aborting is a signal to itself; the number of the process stays when it becomes another program.
+    calls.insert(libc::SYS_tgkill, vec![argument(0, SeccompCmpOp::Ne, i64::from(std::process::id()))?]);
+    // Bounds are read, not set: the pointer to new ones is null.
+    let some = SeccompCondition::new(2, SeccompCmpArgLen::Qword, SeccompCmpOp::Ne, 0)?;
+    calls.insert(libc::SYS_prlimit64, vec![SeccompRule::new(vec![some])?]);
+    calls.insert(libc::SYS_setrlimit, Vec::new());
+    // Terminals: putting characters into their input.
+    calls.insert(libc::SYS_ioctl, any_of(1, &[libc::TIOCSTI as i64, 0x541c])?);
+    if !alone {
+        #[cfg(target_arch = "x86_64")]
+        [libc::SYS_fork, libc::SYS_vfork].iter().for_each(|call| drop(calls.remove(call)));
+        let spaces = [
+            libc::CLONE_NEWNS,
+            libc::CLONE_NEWCGROUP,
+            libc::CLONE_NEWUTS,
+            libc::CLONE_NEWIPC,
+            libc::CLONE_NEWUSER,
+            libc::CLONE_NEWPID,
+            libc::CLONE_NEWNET,
+        ];
+        let of_space = |flag: i32| argument(0, MaskedEq(u64::from(flag as u32)), i64::from(flag));
+        calls.insert(libc::SYS_clone, spaces.into_iter().map(of_space).collect::<Result<_, _>>()?);
+    }
+    Ok(calls)
+}
+
 fn install(calls: Calls, otherwise: SeccompAction, matching: SeccompAction) -> Result<(), SandboxError> {
     let system = |error: &dyn Display| SandboxError::System(error.to_string());
     let architecture = std::env::consts::ARCH.try_into().map_err(|e: BackendError| system(&e))?;

@@ -65,6 +65,27 @@ impl Grants {
     }
 }
 
+/// Rights of another program that a process becomes.
+///
+/// Paths that do not exist are left out.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ProgramGrants {
+    /// Folders of which everything may be read, and programs run: where a system has its programs and libraries.
+    pub run_folders: Vec<PathBuf>,
+    /// Programs that may be read and run.
+    pub run_files: Vec<PathBuf>,
+    /// Folders of which everything may be read.
+    pub read_folders: Vec<PathBuf>,
+    /// Files that may be read.
+    pub read_files: Vec<PathBuf>,
+    /// Devices that may be read and written.
+    pub write_files: Vec<PathBuf>,
+    /// Folders in which files and folders may be made, read and removed.
+    pub scratch_folders: Vec<PathBuf>,
+    /// Other processes may be started.
+    pub may_start_processes: bool,
+}
+
 /// The folder that a file is in.
 fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
@@ -105,6 +126,25 @@ pub fn enter(grants: &Grants) -> Result<Sandbox, SandboxError> {
         files::restrict(grants)?;
         calls::restrict()?;
         Ok(Sandbox { _private: () })
+    }
+    #[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+    {
+        let _ = grants;
+        Err(unsupported())
+    }
+}
+
+/// Restricts this thread for good, so that it can become another program, which has these rights and no more: no network, no
+/// other files, no power over other processes. Unlike [`enter`] it does not end a program for what it tries: it refuses (`EPERM`).
+///
+/// # Errors
+/// [`SandboxError`]; some of the rights may be gone already, so the process should end.
+pub fn enter_for_program(grants: &ProgramGrants) -> Result<(), SandboxError> {
+    #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+    {
+        check_threads()?;
+        files::restrict_program(grants)?;
+        calls::restrict_program(!grants.may_start_processes)
     }
     #[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
     {

@@ -110,6 +110,7 @@ codes! {
     MALFORMED "malformed", Error(Input), "File that is damaged or breaks the rules of its format";
     UNSUPPORTED "unsupported", Error(Input), "File that requires what is not drawn";
     DESCRIPTION "description", Error(Input), "Description of a picture that is wrong, or names what there is not";
+    CONVERTER "converter", Error(Input), "Registered converter that cannot be run, or has made no model of a file";
     REFERENCE "reference", Error(Input), "File that another needs and that cannot be had";
     FINDINGS "findings", Error(Input), "Findings, where --strict allows none";
     DIFFERENT "different", Error(Differ), "Pictures that are not what they are expected to be";

@@ -17,6 +17,9 @@ use std::path::Path;
 pub struct Contents {
     file: String,
     format: Option<&'static str>,
+    /// Name of the converter that has made that of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub converter: Option<String>,
     #[serde(flatten)]
     up: UpReport,
     /// Axis of the file to which the model's front is taken to face, and +Z of everything here.
@@ -126,20 +129,27 @@ struct Animation {
 
 impl Contents {
     /// Report of `--json` on a model in memory. `name` is that of its file, which tells the format where the content does
-    /// not.
+    /// not; a converter may have made it of that file, with warnings.
     ///
     /// # Errors
     /// [`Failure`] if it cannot be loaded.
     pub fn json_of_bytes(
         bytes: &[u8],
         name: &Path,
+        (converter, warnings): (Option<String>, &[String]),
         options: &LoadOptions,
         context: &Context<'_>,
     ) -> Result<Vec<u8>, Failure> {
-        let about = |error: LoadError| Failure::load(&error).at(name);
+        let about = |error: LoadError| match &converter {
+            Some(converter) => Failure::load(&error).of_converter(converter).at(name),
+            None => Failure::load(&error).at(name),
+        };
         let model = AnimatedModel::from_named_bytes(bytes, name, options, context).map_err(about)?;
         let loaded = model.at(0.0, context.jobs).map_err(about)?;
-        serde_json::to_vec(&Self::of(&model, &loaded, file_name(name))).map_err(Failure::failed)
+        let mut contents = Self::of(&model, &loaded, file_name(name));
+        contents.converter = converter;
+        contents.warnings.extend_from_slice(warnings);
+        serde_json::to_vec(&contents).map_err(Failure::failed)
     }
 
     /// Contents of a model, of which `file` is the name.
@@ -155,6 +165,7 @@ impl Contents {
         Self {
             file,
             format: model.format().map(Format::extension),
+            converter: None,
             triangles: scene.count_of(PrimitiveKind::Triangles),
             lines: scene.count_of(PrimitiveKind::Lines),
             points: scene.count_of(PrimitiveKind::Points),
@@ -184,7 +195,9 @@ impl Contents {
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a string cannot fail.
-        let _ = writeln!(out, "{}: {}", self.file, self.format.unwrap_or("unknown format"));
+        let by =
+            self.converter.as_ref().map_or_else(String::new, |name| format!(", by the converter {name}"));
+        let _ = writeln!(out, "{}: {}{by}", self.file, self.format.unwrap_or("unknown format"));
         let _ = write!(out, "  {} triangles, ", self.triangles);
         for (count, what) in [(self.lines, "lines"), (self.points, "points")] {
             if count > 0 {

@@ -116,12 +116,17 @@ impl Drawing<'_> {
     }
 
     /// Loads a model and tells what is in it.
-    pub(crate) fn inspect(&mut self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
+    pub(crate) fn inspect(
+        &mut self,
+        name: &str,
+        bytes: &[u8],
+        converted: (Option<String>, &[String]),
+    ) -> Result<(), Failure> {
         let jobs = self.renderer.jobs();
         let files = AskedFiles { pipe: self.pipe, model: name };
         let context = Context { resolver: &files, limits: &self.limits, jobs };
         let options = LoadOptions::default().with_variant(self.start.variant.clone());
-        let contents = Contents::json_of_bytes(bytes, Path::new(name), &options, &context)?;
+        let contents = Contents::json_of_bytes(bytes, Path::new(name), converted, &options, &context)?;
         self.pipe.send(&FromWorker::Contents, &contents)
     }
 
@@ -191,7 +196,13 @@ impl Drawing<'_> {
         let files = AskedFiles { pipe: self.pipe, model: &work.name };
         let context = Context { resolver: &files, limits: &self.limits, jobs };
         let loaded = stages.time("load", || load_named_bytes(bytes, path, &plan.options, &context));
-        let Loaded { mut scene, mut warnings, .. } = loaded.map_err(|e| Failure::load(&e).at(path))?;
+        let of_converter = |failure: Failure| match &work.converter {
+            Some(name) => failure.of_converter(name),
+            None => failure,
+        };
+        let Loaded { mut scene, mut warnings, .. } =
+            loaded.map_err(|e| of_converter(Failure::load(&e)).at(path))?;
+        warnings.extend(work.warnings.iter().map(Warning::new));
         let of = scene_part(&plan.description);
         let limits = &self.limits;
         let asked = setting_part(&of);
@@ -214,7 +225,8 @@ impl Drawing<'_> {
         plan: &Planned,
         model: &mut Dressed,
     ) -> Result<(), Failure> {
-        let source = ModelSource { path: name.into(), format: None, options: plan.options.clone() };
+        let source =
+            ModelSource { path: name.into(), format: None, options: plan.options.clone(), conversion: None };
         let task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
         let Dressed { scene, warnings, .. } = model;
         let diagnosis = Diagnosis::new(&task, &task.source, &mut self.renderer, scene, warnings.clone())?;
@@ -241,7 +253,8 @@ impl Drawing<'_> {
     ) -> Result<(), Failure> {
         let start = Instant::now();
         let aovs = &plan.aovs;
-        let source = ModelSource { path: name.into(), format: None, options: plan.options.clone() };
+        let source =
+            ModelSource { path: name.into(), format: None, options: plan.options.clone(), conversion: None };
         let mut task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
         task.allow_empty = self.start.allow_empty;
         let behind = task.behind_for(format);

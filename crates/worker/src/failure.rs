@@ -184,6 +184,18 @@ impl Failure {
         failure
     }
 
+    /// Exit code 3: a bound that no option of limits raises.
+    pub fn beyond(message: impl fmt::Display) -> Self {
+        Self::new(Kind::Limit, codes::LIMIT, message)
+    }
+
+    /// The same, of a converter or of what it has made.
+    #[must_use]
+    pub fn of_converter(mut self, name: &str) -> Self {
+        self.message = format!("converter {name}: {}", self.message);
+        self
+    }
+
     /// Exit code 4.
     pub fn differ(message: impl fmt::Display) -> Self {
         Self::new(Kind::Differ, codes::DIFFERENT, message)

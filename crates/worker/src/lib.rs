@@ -10,6 +10,7 @@ pub mod camera_report;
 pub mod codes;
 pub mod companion;
 mod contents;
+pub mod converters;
 mod coverage_check;
 pub mod diagnosis;
 mod drawing;
@@ -76,7 +77,9 @@ fn serve(pipe: &Pipe) -> Result<(), Failure> {
     while let Some((message, bytes)) = pipe.receive()? {
         let done = match message {
             ToWorker::Work(work) => drawing.draw(&work, &bytes),
-            ToWorker::Inspect { name } => drawing.inspect(&name, &bytes),
+            ToWorker::Inspect { name, converter, warnings } => {
+                drawing.inspect(&name, &bytes, (converter, &warnings))
+            }
             _ => return Err(Failure::usage("the parent says what was not asked for")),
         };
         let end = match done {

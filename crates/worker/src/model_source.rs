@@ -1,5 +1,6 @@
 //! Models from files and from standard input.
 
+use crate::converters::{Conversion, Converted};
 use crate::failure::Failure;
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
@@ -19,6 +20,8 @@ pub struct ModelSource {
     pub format: Option<Format>,
     /// Choices among the contents of the file.
     pub options: LoadOptions,
+    /// Converter that makes the file readable, if it needs one.
+    pub conversion: Option<Conversion>,
 }
 
 /// Loads a model.
@@ -39,6 +42,16 @@ pub fn load_with_format(
     jobs: &Jobs,
 ) -> Result<(Loaded, Option<Format>), Failure> {
     let about = |failure: Failure| failure.at(&source.path);
+    if let Some(conversion) = &source.conversion {
+        let Converted { glb, warnings } = conversion.of(&source.path, limits).map_err(about)?;
+        // What it refers to is not looked for: the converter has seen one file.
+        let context = Context { resolver: &NoResolver, limits, jobs };
+        let loaded = load_bytes_with_format(&glb, Some(Format::Glb), &source.options, &context);
+        let (mut loaded, format) =
+            loaded.map_err(|e| about(Failure::load(&e).of_converter(&conversion.converter.name)))?;
+        loaded.warnings.extend(warnings);
+        return Ok((loaded, format));
+    }
     if is_standard_input(&source.path) {
         let bytes = read_standard_input(limits).map_err(|e| about(e.into()))?;
         // A model from a pipe has no folder, so it may not refer to files.
@@ -55,6 +68,13 @@ pub fn load_with_format(
 /// As [`load`].
 pub fn open_animated(source: &ModelSource, limits: &Limits, jobs: &Jobs) -> Result<AnimatedModel, Failure> {
     let about = |failure: Failure| failure.at(&source.path);
+    if let Some(conversion) = &source.conversion {
+        let Converted { glb, warnings } = conversion.of(&source.path, limits).map_err(about)?;
+        let context = Context { resolver: &NoResolver, limits, jobs };
+        let opened = AnimatedModel::from_bytes(&glb, Some(Format::Glb), &source.options, &context);
+        let opened = opened.map_err(|e| about(Failure::load(&e).of_converter(&conversion.converter.name)))?;
+        return Ok(warnings.into_iter().fold(opened, AnimatedModel::with_warning));
+    }
     let opened = if is_standard_input(&source.path) {
         let bytes = read_standard_input(limits).map_err(|e| about(e.into()))?;
         let context = Context { resolver: &NoResolver, limits, jobs };

@@ -29,6 +29,12 @@ pub enum ToWorker {
     Inspect {
         /// The name of the model's file, as in [`Work`].
         name: String,
+        /// Converter that has made the model of another file.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        converter: Option<String>,
+        /// Warnings of that converter.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        warnings: Vec<String>,
     },
     /// File that [`FromWorker::Need`] asked for: its bytes follow.
     File {
@@ -72,12 +78,18 @@ pub struct Start {
 }
 
 /// One model and its pictures.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Work {
     /// The name of the model's file: its extension says what the content does not.
     pub name: String,
     /// Pictures to draw, as long as one load serves for the scenes of all.
     pub pictures: Vec<PictureRequest>,
+    /// Converter that has made the model of another file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub converter: Option<String>,
+    /// Warnings of that converter.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// True if the worker waits for [`ToWorker::Draw`] when it has loaded the model. Else it draws all.
     pub waits: bool,
 }
@@ -301,7 +313,12 @@ mod tests {
     #[test]
     fn messages_come_back_as_they_were() {
         let mut stream = Vec::new();
-        let work = Work { name: "a.glb".to_owned(), pictures: vec![PictureRequest::default()], waits: true };
+        let work = Work {
+            name: "a.glb".to_owned(),
+            pictures: vec![PictureRequest::default()],
+            waits: true,
+            ..Work::default()
+        };
         send(&mut stream, &ToWorker::Work(work), b"glTF").unwrap();
         send(&mut stream, &ToWorker::Draw { pictures: vec![0] }, &[]).unwrap();
         send(&mut stream, &ToWorker::Missing(Missing::Unreadable { reason: "x".to_owned() }), &[]).unwrap();

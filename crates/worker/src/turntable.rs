@@ -52,7 +52,8 @@ impl Drawing<'_> {
         Limits::check(|| "moving picture".to_owned(), frames.into(), self.limits.frames, "frames")
             .map_err(|e| Failure::limit(&e))?;
         let path = Path::new(name);
-        let source = ModelSource { path: path.into(), format: None, options: plan.options.clone() };
+        let source =
+            ModelSource { path: path.into(), format: None, options: plan.options.clone(), conversion: None };
         let mut task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
         task.allow_empty = self.start.allow_empty;
         let behind = match plan.format {

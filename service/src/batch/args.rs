@@ -1,6 +1,6 @@
 //! The options of `overcoat batch`.
 
-use crate::common::WorkerLimitArgs;
+use crate::common::{ConverterArgs, WorkerLimitArgs};
 use clap::Args;
 use overcoat::frame::Aov;
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
@@ -92,6 +92,8 @@ pub struct BatchArgs {
 
     #[command(flatten)]
     pub limits: WorkerLimitArgs,
+    #[command(flatten)]
+    pub converters: ConverterArgs,
     #[command(flatten)]
     pub encoding: EncodingArgs,
     #[command(flatten)]

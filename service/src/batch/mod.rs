@@ -16,15 +16,16 @@ use futures_util::StreamExt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use items::{Defaults, Item, Presets, is_model};
 use manifest::{Manifest, is_manifest};
+use overcoat_worker::converters::Registry;
 use overcoat_worker::protocol::PictureRequest;
 use report::Report;
 use run::{Batch, Ledger, Tally};
 use serde_json::json;
 use shard::Shard;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Does a batch. Returns the exit code: 0, 1 if a picture was not made (unless that is allowed). A batch whose pictures were not
@@ -35,7 +36,8 @@ use std::time::{Duration, Instant};
 pub async fn run(args: &BatchArgs) -> Result<u8, (u8, String)> {
     let begun = Instant::now();
     let usage = |message: String| (2, message);
-    let common = Common::new(&args.draw).map_err(usage)?;
+    let converters = args.converters.usual().map_err(usage)?;
+    let common = Common::new(&args.draw, converters).map_err(usage)?;
     let shard = match &args.shard {
         Some(text) => {
             Shard::new(text, |name| std::env::var(name).ok()).map_err(|e| (2, format!("--shard: {e}")))?
@@ -44,7 +46,7 @@ pub async fn run(args: &BatchArgs) -> Result<u8, (u8, String)> {
     };
     let to = Place::new(&args.output).map_err(usage)?;
     let presets = presets(args, &common).map_err(usage)?;
-    let items = Source::open(args, presets).await.map_err(|message| (1, message))?;
+    let items = Source::open(args, presets, &common.converters).await.map_err(|message| (1, message))?;
     let (report, previous) =
         Report::open(&report_path(args, &to, shard)?, args.resume).map_err(|message| (1, message))?;
     let pool = |common: &Common, other: bool| pool_options(args, common, other).map(Pool::new);
@@ -106,7 +108,7 @@ enum Rows {
 }
 
 impl Source {
-    async fn open(args: &BatchArgs, presets: Presets) -> Result<Self, String> {
+    async fn open(args: &BatchArgs, presets: Presets, converters: &Registry) -> Result<Self, String> {
         let request = PictureRequest {
             format: args.encoding.output_format.unwrap_or_default().extension().to_owned(),
             jpeg_quality: args.encoding.jpeg_quality,
@@ -120,7 +122,7 @@ impl Source {
             let count = count_lines(path, args.input == "-")?;
             return Ok(Self { defaults, rows: Rows::Manifest(Manifest::open(path)?), count });
         }
-        if let Some((folder, name)) = model_of(args) {
+        if let Some((folder, name)) = model_of(args, converters) {
             let rows = Rows::Listed(Place::new(folder)?, vec![name.to_owned()].into_iter());
             return Ok(Self { defaults, rows, count: Some(1) });
         }
@@ -133,7 +135,8 @@ impl Source {
             return Err(format!("{}: {what}", args.input));
         }
         let place = Place::new(&args.input)?;
-        let names: Vec<String> = place.list().await?.into_iter().filter(|name| is_model(name)).collect();
+        let is_one = |name: &String| is_model(name) || converters.of_name(Path::new(name)).is_some();
+        let names: Vec<String> = place.list().await?.into_iter().filter(is_one).collect();
         if names.is_empty() {
             return Err(format!("{}: no models are in it", args.input));
         }
@@ -166,11 +169,12 @@ fn presets(args: &BatchArgs, common: &Common) -> Result<Presets, String> {
 }
 
 /// Folder and name of a single model.
-fn model_of(args: &BatchArgs) -> Option<(&str, &str)> {
+fn model_of<'a>(args: &'a BatchArgs, converters: &Registry) -> Option<(&'a str, &'a str)> {
     let path = Path::new(&args.input);
     let name = path.file_name()?.to_str()?;
     let folder = path.parent()?.to_str()?;
-    let is_one = !is_url(&args.input) && path.is_file() && is_model(name);
+    let is_one =
+        !is_url(&args.input) && path.is_file() && (is_model(name) || converters.of_name(path).is_some());
     is_one.then_some((if folder.is_empty() { "." } else { folder }, name))
 }
 
@@ -208,6 +212,7 @@ fn pool_options(args: &BatchArgs, common: &Common, other: bool) -> Result<PoolOp
         time: args.limits.time(),
         works_of_one: if other { 1 } else { args.models_of_worker },
         most_output: 1 << 31,
+        converters: Arc::clone(&common.converters),
     })
 }
 

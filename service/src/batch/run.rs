@@ -138,7 +138,7 @@ impl Batch {
     /// Lets a worker load the model, and draws those of the pictures that nobody else does.
     async fn drawn(&self, job: &Job<'_>, pictures: Vec<&Wanted>) -> Result<(), String> {
         let requests = pictures.iter().map(|wanted| wanted.request.clone()).collect();
-        let work = Work { name: job.item.name.clone(), pictures: requests, waits: true };
+        let work = Work { name: job.item.name.clone(), pictures: requests, waits: true, ..Work::default() };
         let fail_all = |error: RecordError| {
             pictures.iter().try_for_each(|wanted| self.fail(job.item, wanted, error.clone()))
         };
@@ -299,7 +299,7 @@ impl Batch {
         files: &[PictureFile],
     ) -> Result<(), RecordError> {
         let pictures = vec![wanted.request.clone()];
-        let work = Work { name: job.item.name.clone(), pictures, waits: true };
+        let work = Work { name: job.item.name.clone(), pictures, waits: true, ..Work::default() };
         let meter = Meter::default();
         let loaded = self.other.load(&work, &job.model, &job.files, &meter).await?;
         let (drawn, _) = loaded.draw(&[0]).await?;

@@ -1,6 +1,6 @@
 //! The options of `overcoat mcp`.
 
-use crate::common::WorkerLimitArgs;
+use crate::common::{ConverterArgs, WorkerLimitArgs};
 use clap::Args;
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
 use overcoat_cli::value_parsers;
@@ -30,6 +30,8 @@ pub struct McpArgs {
 
     #[command(flatten)]
     pub limits: WorkerLimitArgs,
+    #[command(flatten)]
+    pub converters: ConverterArgs,
     #[command(flatten)]
     pub encoding: EncodingArgs,
     #[command(flatten)]

@@ -23,6 +23,7 @@ use rmcp::service::{RequestContext, RoleServer, ServiceExt};
 use rmcp::transport::stdio;
 use root::Root;
 use serde_json::{Map, Value};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// One page for programs that use the tools.
@@ -54,7 +55,7 @@ pub async fn run(args: &McpArgs) -> Result<u8, (u8, String)> {
 
 impl Server {
     fn new(args: &McpArgs) -> Result<Self, String> {
-        let common = Common::new(&args.draw)?;
+        let common = Common::new(&args.draw, args.converters.named()?)?;
         let limits = args.draw.input.limits.limits();
         let rules = Rules::new(&common.start.description, limits, &args.encoding);
         let program = std::env::current_exe().map_err(|e| format!("this program's own file: {e}"))?;
@@ -66,6 +67,7 @@ impl Server {
             time,
             works_of_one: 100,
             most_output: 1 << 28,
+            converters: Arc::clone(&common.converters),
         });
         let (root, tools) = (Root::new(&args.root)?, tools::all());
         Ok(Self { root, may_write: args.write, tools, pool, rules, wall: time.wall })

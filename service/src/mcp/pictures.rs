@@ -117,7 +117,7 @@ impl Server {
     async fn draw(&self, model: &str, pictures: Vec<PictureRequest>) -> Result<Vec<DrawnPicture>, Problem> {
         let (name, bytes, files) = self.model(model).await?;
         let numbers: Vec<usize> = (0..pictures.len()).collect();
-        let work = Work { name, pictures, waits: true };
+        let work = Work { name, pictures, waits: true, ..Work::default() };
         let meter = Meter::default();
         let loaded = self.pool.load(&work, &bytes, &files, &meter).await?;
         let (mut drawn, _) = loaded.draw(&numbers).await?;

@@ -1,6 +1,7 @@
 //! Workers: processes that draw, a fixed number of them, each replaced when it has served, died, hung or grown too large.
 
 mod budget;
+mod conversions;
 mod meter;
 mod process;
 
@@ -10,12 +11,14 @@ pub use process::Death;
 
 use crate::files::{Files, Needed};
 use budget::TimeBudget;
+use conversions::{Conversions, Made};
+use overcoat_worker::converters::Registry;
 use overcoat_worker::protocol::{FailureReport, FromWorker, Start, ToWorker, Told, Work};
 use process::Process;
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 use tokio::sync::{Semaphore, SemaphorePermit};
 
 /// Start and limits of workers.
@@ -33,6 +36,8 @@ pub struct PoolOptions {
     pub works_of_one: u32,
     /// Bytes of a file that a worker may hand over.
     pub most_output: u64,
+    /// Converters of formats that workers do not read.
+    pub converters: Arc<Registry>,
 }
 
 /// Reason why work was not done.
@@ -91,6 +96,7 @@ pub struct Counters {
 pub struct Pool {
     options: PoolOptions,
     permits: Semaphore,
+    conversions: Conversions,
     idle: Mutex<Vec<Process>>,
     /// Counts so far.
     pub counters: Counters,
@@ -101,7 +107,8 @@ impl Pool {
     #[must_use]
     pub fn new(options: PoolOptions) -> Self {
         let permits = Semaphore::new(options.workers.max(1));
-        Self { options, permits, idle: Mutex::default(), counters: Counters::default() }
+        let conversions = Conversions::new(&options);
+        Self { options, permits, conversions, idle: Mutex::default(), counters: Counters::default() }
     }
 
     /// Start and limits of its workers.
@@ -127,8 +134,13 @@ impl Pool {
         files: &'a dyn Files,
         meter: &'a Meter,
     ) -> Result<Loaded<'a>, WorkError> {
+        let made = self.converted(&work.name, model).await?;
         let mut loaded = self.begin(files, meter).await?;
-        let work = Work { waits: true, ..work.clone() };
+        let mut work = Work { waits: true, ..work.clone() };
+        let model = made.as_ref().map_or(model, |made| &made.glb);
+        if let Some(made) = &made {
+            (work.converter, work.warnings) = (Some(made.converter.clone()), made.warnings.clone());
+        }
         loaded.send(&ToWorker::Work(work), model).await?;
         match loaded.next().await? {
             (FromWorker::Loaded, _) => Ok(loaded),
@@ -156,8 +168,14 @@ impl Pool {
         files: &dyn Files,
         meter: &Meter,
     ) -> Result<Vec<u8>, WorkError> {
+        let made = self.converted(name, model).await?;
         let mut inspected = self.begin(files, meter).await?;
-        inspected.send(&ToWorker::Inspect { name: name.to_owned() }, model).await?;
+        let name = name.to_owned();
+        let (converter, warnings, glb) = match &made {
+            Some(made) => (Some(made.converter.clone()), made.warnings.clone(), &made.glb[..]),
+            None => (None, Vec::new(), model),
+        };
+        inspected.send(&ToWorker::Inspect { name, converter, warnings }, glb).await?;
         let mut contents = None;
         loop {
             match (inspected.next().await?, &contents) {
@@ -173,6 +191,11 @@ impl Pool {
                 _ => return Err(inspected.give_up("says what was not asked for").await),
             }
         }
+    }
+
+    /// GLB of a model that needs a converter, which has one look at its name and its first bytes.
+    async fn converted(&self, name: &str, model: &[u8]) -> Result<Option<Made>, WorkError> {
+        self.conversions.of(name, model).await.map_err(|failure| WorkError::Failed((&failure).into()))
     }
 
     /// Waits for a worker.

@@ -26,6 +26,7 @@ use super::trace::Trace;
 use crate::common::Common;
 use crate::key::Keys;
 use crate::pool::{Pool, PoolOptions, TimeLimits};
+use overcoat_worker::converters::Registry;
 use overcoat_worker::protocol::Start;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, PoisonError, RwLock};
@@ -48,6 +49,8 @@ pub struct App {
     pub pool: Pool,
     /// Content keys of pictures.
     pub keys: Keys,
+    /// Converters of formats that are not read here.
+    pub converters: Arc<Registry>,
     /// Queue of requests before the workers.
     pub gate: Gate,
     /// Pictures that are being drawn.
@@ -93,7 +96,7 @@ impl App {
         let mut args = args;
         // The first thread of a worker is its only one, unless more are asked for.
         args.draw.machine.workers.threads = args.draw.machine.workers.threads.max(1);
-        let mut common = Common::new(&args.draw)?;
+        let mut common = Common::new(&args.draw, args.converters.named()?)?;
         let Environments { files, hashes } =
             Environments::new(&args.environment).map_err(|e| format!("--environment {e}"))?;
         common.start.environments = files;
@@ -107,8 +110,9 @@ impl App {
         Ok(Self {
             jobs,
             rules,
-            pool: Pool::new(pool_options(&args, &common.start)?),
+            pool: Pool::new(pool_options(&args, &common)?),
             keys: common.keys.with_environments(hashes),
+            converters: common.converters,
             gate: Gate::new(args.workers(), args.queue, seconds(args.queue_seconds)),
             flights: Flights::default(),
             failures: Failures::new(seconds(args.failure_seconds)),
@@ -252,9 +256,9 @@ fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
     Ok(rules)
 }
 
-fn pool_options(args: &ServeArgs, start: &Start) -> Result<PoolOptions, String> {
+fn pool_options(args: &ServeArgs, common: &Common) -> Result<PoolOptions, String> {
     let program = std::env::current_exe().map_err(|e| format!("this program's own file: {e}"))?;
-    let start = Start { memory: Some(args.memory), sandbox: !args.no_sandbox, ..start.clone() };
+    let start = Start { memory: Some(args.memory), sandbox: !args.no_sandbox, ..common.start.clone() };
     Ok(PoolOptions {
         program,
         start,
@@ -262,5 +266,6 @@ fn pool_options(args: &ServeArgs, start: &Start) -> Result<PoolOptions, String> 
         time: TimeLimits::new(args.deadline, args.wall_deadline),
         works_of_one: args.models_of_worker,
         most_output: LARGEST_PICTURE,
+        converters: Arc::clone(&common.converters),
     })
 }

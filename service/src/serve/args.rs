@@ -2,7 +2,7 @@
 
 use super::address::Network;
 use super::socket::Address;
-use crate::common::bytes;
+use crate::common::{ConverterArgs, bytes};
 use clap::{Arg, Args};
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
 use overcoat_cli::value_parsers::within;
@@ -255,6 +255,8 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FORMAT", default_value = "json", value_parser = ["json", "text"], help_heading = "Report")]
     pub log_format: String,
 
+    #[command(flatten)]
+    pub converters: ConverterArgs,
     #[command(flatten)]
     pub encoding: EncodingArgs,
     #[command(flatten)]

@@ -20,6 +20,7 @@ use axum::extract::{Request, State};
 use axum::http::{HeaderMap, Uri, header};
 use axum::response::Response;
 use overcoat::output::OutputFormat;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use url::form_urlencoded;
@@ -85,7 +86,7 @@ async fn answer_body(
         needs_key: app.needs_key(true),
     };
     if !options.several.is_empty() {
-        settle(&trace, &mut upload, &options)?;
+        settle(app, &trace, &mut upload, &options)?;
         let (identity, files) = (upload.identity(), Arc::new(upload.files));
         let (name, model, held) = (upload.name, upload.model, Arc::new(upload.held));
         return several(app, Model { name, model, files, identity, trace, held }, &options, wishes).await;
@@ -94,7 +95,7 @@ async fn answer_body(
     let Priced { request, price, priority } = options.priced(format, &app.rules)?;
     (wishes.negotiated, wishes.price) = (negotiated, price);
     trace.options(&options, &request, price);
-    settle(&trace, &mut upload, &options)?;
+    settle(app, &trace, &mut upload, &options)?;
     let asked = Asked {
         identity: upload.identity(),
         name: upload.name,
@@ -149,11 +150,16 @@ pub(super) async fn receive(app: &App, body: Body, headers: &HeaderMap) -> Resul
 }
 
 /// Checks that a body is a model, and settles the name of its file.
-pub(super) fn settle(trace: &Trace, upload: &mut Upload, options: &Options) -> Result<(), Problem> {
+pub(super) fn settle(
+    app: &App,
+    trace: &Trace,
+    upload: &mut Upload,
+    options: &Options,
+) -> Result<(), Problem> {
     let told = options.name.as_deref();
     trace.upload(told.unwrap_or(&upload.name));
-    media::check(&upload.model, told.unwrap_or(&upload.name), upload.media_type.as_deref())?;
-    upload.settle_name(told);
+    media::check(&upload.model, told.unwrap_or(&upload.name), upload.media_type.as_deref(), &app.converters)?;
+    upload.settle_name(told, &app.converters);
     Ok(())
 }
 
@@ -264,12 +270,14 @@ async fn read(app: &App, source: &str) -> Result<(Source, Held), Problem> {
         Problem::new(Kind::SourceTimeout, format!("the source took longer than {} s", patience.as_secs_f64()))
             .limited("source_seconds", "start the service with --source-seconds SECONDS")
     })??;
-    media::check(&source.model, &source.name, None)?;
+    media::check(&source.model, &source.name, None, &app.converters)?;
     let extension = media::extension(&source.name);
     // Only OBJ looks for files of its own name; a name that says no more than it must is the same for equal models.
     if !extension.starts_with("obj") {
         let known = overcoat::load::Format::from_extension(extension.split('.').next().unwrap_or_default());
-        source.name = known.map_or("model".to_owned(), |_| format!("model.{extension}"));
+        let is_converted = app.converters.of_name(Path::new(&source.name)).is_some();
+        let says_something = known.is_some() || is_converted;
+        source.name = if says_something { format!("model.{extension}") } else { "model".to_owned() };
     }
     held.shrink(source.model.len() as u64);
     Ok((source, held))

@@ -57,7 +57,7 @@ pub async fn of_body(
         }
     };
     let mut upload = receive(&app, body, &parts.headers).await?;
-    settle(&trace, &mut upload, &options)?;
+    settle(&app, &trace, &mut upload, &options)?;
     let identity = upload.identity();
     let files = Arc::new(std::mem::take(&mut upload.files));
     let Upload { name, model, held, .. } = upload;

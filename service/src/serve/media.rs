@@ -2,6 +2,8 @@
 
 use super::error::{Kind, Problem};
 use overcoat::load::Format;
+use overcoat_worker::converters::{Converter, LONGEST_MAGIC, Registry};
+use std::path::Path;
 
 /// First bytes of files that people have and that are no models here.
 const OTHERS: &[(&[u8], &str)] = &[
@@ -48,19 +50,38 @@ pub fn extension(name: &str) -> String {
 
 /// The extension of a model that comes with a media type and without a name.
 #[must_use]
-pub fn extension_of_type(media_type: &str) -> Option<&'static str> {
+pub fn extension_of_type<'a>(media_type: &str, converters: &'a Registry) -> Option<&'a str> {
     let name = media_type.split(';').next().unwrap_or_default().trim();
     let found = Format::ALL.iter().find(|format| format.file_format().mime_type.eq_ignore_ascii_case(name));
-    found.map(|format| format.extension())
+    let of_converter = || Some(converter_of_type(media_type, converters)?.extensions.first()?.as_str());
+    found.map(|format| format.extension()).or_else(of_converter)
+}
+
+/// The converter of files of a media type.
+fn converter_of_type<'a>(media_type: &str, converters: &'a Registry) -> Option<&'a Converter> {
+    let name = media_type.split(';').next().unwrap_or_default().trim();
+    let all = converters.all().iter().map(AsRef::as_ref);
+    all.into_iter().find(|converter| converter.mime_type.eq_ignore_ascii_case(name))
 }
 
 /// Checks that bytes of this name and type may be a model.
 ///
 /// # Errors
 /// [`Kind::MediaType`] with the kind of file that it is.
-pub fn check(bytes: &[u8], name: &str, media_type: Option<&str>) -> Result<(), Problem> {
+pub fn check(
+    bytes: &[u8],
+    name: &str,
+    media_type: Option<&str>,
+    converters: &Registry,
+) -> Result<(), Problem> {
     if bytes.is_empty() {
         return Err(unsupported("it is empty"));
+    }
+    let head = bytes.get(..LONGEST_MAGIC).unwrap_or(bytes);
+    if converters.of_bytes(Path::new(name), head).is_some()
+        || media_type.is_some_and(|media_type| converter_of_type(media_type, converters).is_some())
+    {
+        return Ok(());
     }
     // A file that the reader knows is of no other kind, however it begins.
     if Format::detect(bytes).is_some() {
@@ -119,7 +140,7 @@ mod tests {
             (b"anything", "", Some("text/css; x=y"), "text/css"),
             (b"  <!DOCTYPE html>", "", None, "HTML"),
         ] {
-            let problem = check(bytes, name, media_type).unwrap_err();
+            let problem = check(bytes, name, media_type, &Registry::default()).unwrap_err();
             assert_eq!(problem.kind, Kind::MediaType);
             assert!(problem.message.contains(what), "{}", problem.message);
         }
@@ -130,10 +151,10 @@ mod tests {
             (b"x", "a.stl.gz", None),
             (b"v 0 0 0", "", None),
         ] {
-            assert!(check(bytes, name, media_type).is_ok(), "{name} {media_type:?}");
+            assert!(check(bytes, name, media_type, &Registry::default()).is_ok(), "{name} {media_type:?}");
         }
         assert_eq!(extension("a/b.OBJ.gz"), "obj.gz");
         assert_eq!(extension("b"), "");
-        assert_eq!(extension_of_type("model/gltf-binary; a=b"), Some("glb"));
+        assert_eq!(extension_of_type("model/gltf-binary; a=b", &Registry::default()), Some("glb"));
     }
 }

@@ -163,7 +163,8 @@ async fn warm(app: &App) -> Result<(), String> {
     let draw = async || {
         let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
         request.keys.insert("size".to_owned(), 16.into());
-        let work = Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true };
+        let work =
+            Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true, ..Work::default() };
         // All of them hold a worker before the first one draws.
         app.pool.load(&work, TRIANGLE, &NoFiles, &meter).await
     };
@@ -179,7 +180,8 @@ async fn warm(app: &App) -> Result<(), String> {
     for name in app.rules.environments.keys() {
         let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
         request.keys.extend([("size".to_owned(), 16.into()), ("env".to_owned(), name.as_str().into())]);
-        let work = Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true };
+        let work =
+            Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true, ..Work::default() };
         let loaded = app.pool.load(&work, TRIANGLE, &NoFiles, &meter).await;
         loaded
             .map_err(|e| format!("--environment {name}: {e}"))?

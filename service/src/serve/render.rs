@@ -195,7 +195,12 @@ async fn work(app: Arc<App>, asked: Arc<Asked>, names: Names, lead: Lead<Outcome
 
 /// Lets a worker draw.
 async fn draw(app: &App, asked: &Asked, Names { hash, of, .. }: &Names, queue: f64) -> Outcome {
-    let work = Work { name: asked.name.clone(), pictures: vec![asked.request.clone()], waits: true };
+    let work = Work {
+        name: asked.name.clone(),
+        pictures: vec![asked.request.clone()],
+        waits: true,
+        ..Work::default()
+    };
     let loaded = app.pool.load(&work, &asked.model, asked.files.as_ref(), &asked.trace.meter).await?;
     let needed = loaded.needed.clone();
     let key = app.keys.of(hash, &asked.name, &needed, &asked.request);

@@ -7,6 +7,7 @@ use crate::batch::items::is_model;
 use crate::files::MemoryFiles;
 use axum::http::{HeaderMap, header};
 use bytes::Bytes;
+use overcoat_worker::converters::Registry;
 use std::collections::BTreeMap;
 
 /// Parts of a form at most.
@@ -50,14 +51,15 @@ impl Upload {
 
     /// Takes a name that is told elsewhere, and gives one to what has none. Without files beside it the name of a model says
     /// nothing but its extension: pictures of equal models are the same then, and nobody's names are told to others.
-    pub fn settle_name(&mut self, told: Option<&str>) {
+    pub fn settle_name(&mut self, told: Option<&str>, converters: &Registry) {
         if let Some(told) = told {
             self.name = told.to_owned();
         }
         if self.files.files.is_empty() {
             let mut extension = media::extension(&self.name);
             if extension.is_empty() {
-                let by_type = self.media_type.as_deref().and_then(media::extension_of_type);
+                let type_of = |name| media::extension_of_type(name, converters);
+                let by_type = self.media_type.as_deref().and_then(type_of);
                 extension = by_type.unwrap_or_default().to_owned();
             }
             let plain = extension.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'.');
@@ -200,7 +202,7 @@ mod tests {
             (&[], None, "model"),
         ] {
             let mut upload = upload(headers, "x").unwrap();
-            upload.settle_name(told);
+            upload.settle_name(told, &Registry::default());
             assert_eq!(upload.name, name);
         }
     }
@@ -213,7 +215,7 @@ mod tests {
             --B--\r\n";
         let kind = ("content-type", "multipart/form-data; boundary=B");
         let mut form = upload(&[kind], body).unwrap();
-        form.settle_name(None);
+        form.settle_name(None, &Registry::default());
         assert_eq!((form.name.as_str(), &form.model[..]), ("m.gltf", &b"{}"[..]));
         assert_eq!(form.fields, [("size".to_owned(), "64".to_owned())]);
         assert_eq!(form.files.files.keys().collect::<Vec<_>>(), ["t/a.png"]);

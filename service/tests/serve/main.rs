@@ -1,6 +1,7 @@
 //! The service, as its clients see it: the real program on a port of this machine.
 
 mod bundles;
+mod converters;
 mod environments;
 mod errors;
 mod jobs;

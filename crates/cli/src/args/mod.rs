@@ -33,6 +33,7 @@ use super::hand_over::ServiceArgs;
 use super::lab::LabArgs;
 use super::translate::TranslateArgs;
 use clap::{Parser, Subcommand};
+use std::path::PathBuf;
 
 /// Renders 3D models to pictures on machines that have only a processor; the same bytes on every machine.
 #[derive(Debug, Parser)]
@@ -58,6 +59,19 @@ pub struct Cli {
     /// threads and open files. An error on systems without them (Linux 5.13 on x86-64 or 64-bit ARM has them).
     #[arg(long, global = true, help_heading = groups::MACHINE, display_order = 999)]
     pub sandbox: bool,
+
+    /// File that registers converters, programs that make GLB of other formats (TOML), or none [default: those of the user and of
+    /// the system]
+    ///
+    /// Without it, the variable OVERCOAT_CONVERTERS names the file; without that, overcoat/converters.toml of the user's
+    /// configuration counts, then /etc/overcoat/converters.toml, then files of overcoat/converters.d in /etc, /usr/local/share and /usr/share.
+    /// A format that is read without one is never converted.
+    #[arg(long, global = true, value_name = "FILE", help_heading = "Input", display_order = 999)]
+    pub converters: Option<PathBuf>,
+
+    /// Run converters where there is no sandbox for them, too: they can do all that the user can then
+    #[arg(long, global = true, help_heading = "Input", display_order = 999)]
+    pub allow_unsandboxed_converters: bool,
 
     /// Form of errors and warnings on standard error: human, or json, an object a line
     #[arg(
