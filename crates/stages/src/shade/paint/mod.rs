@@ -21,11 +21,15 @@ use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_scene::{Flakes, Material, Mesh};
+use overcoat_shading::brdf::tables;
 use overcoat_shading::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
 use std::f32::consts::FRAC_1_SQRT_2;
 
 /// Index of refraction of what flakes lie in.
 const PAINT_IOR: f32 = 1.5;
+
+/// Least cosine, so that nothing is divided by 0.
+const LEAST_COSINE: f32 = 1e-3;
 
 /// Largest number of surfaces that a fragment may be a mix of: base and those of flakes, without and with scratches.
 pub(super) const SURFACES: usize = 2 * BASES;
@@ -216,10 +220,13 @@ impl<L: Lanes> Mix<L> {
                 if !shares[k].gt(l.zero()).any() {
                     continue;
                 }
-                let cosine = flake_normal(l, planes, k).dot(view).saturate();
-                let seen = if k == 0 { mean_reflectance(l, flakes, cosine) } else { reflectance(l, flakes, cosine) };
+                let normal = flake_normal(l, planes, k);
+                let cosine = normal.dot(view).saturate();
+                let seen =
+                    if k == 0 { mean_reflectance(l, flakes, cosine) } else { reflectance(l, flakes, cosine) };
                 let (color, opacity) = with_opacity(l, flakes, seen);
-                (mix.covered[k], mix.color[k]) = (shares[k] * opacity, color);
+                mix.covered[k] = shares[k] * opacity;
+                mix.color[k] = if k == 0 { color } else { among_others(l, planes, color, [normal, view]) };
             }
         }
         if has_scratches(material) {
@@ -251,7 +258,11 @@ impl<L: Lanes> Part<L> {
         if let Some((k, color)) = self.flakes {
             as_flakes(l, surface, flake_normal(l, planes, k), color);
             let [together, each] = get(l, planes, layout::FLAKE_ROUGHNESS);
-            surface.roughness = if k == 0 { together } else { each };
+            if k == 0 {
+                surface.roughness = together;
+            } else {
+                (surface.roughness, surface.trapped_roughness) = (each, Some(together));
+            }
         }
         if self.of_scratches {
             surface.coat_normal = get_vector(l, planes, layout::SCRATCH_NORMAL);
@@ -319,6 +330,28 @@ fn mean_reflectance<L: Lanes>(l: L, flakes: &Flakes, cosine: L::F) -> V3<L> {
         }
     }
     sum * 0.25
+}
+
+/// Reflectance of single flakes of a normal and a colour that lie among others, so that in the mean they reflect what facets of rough
+/// metal do: `F D G2 / (4 N.V N.L)`, and the light that these send on to each other, as much of each lobe as 1 / (1 - F (1 - E)).
+///
+/// A flake covers a part of the base wherever it is seen from, and has a share `D N.H` of all. What is left is that others hide it
+/// and its light, the more the steeper it lies, and that those which face the viewer cover more.
+#[inline(always)]
+fn among_others<L: Lanes>(l: L, planes: &SurfacePlanes, color: V3<L>, [normal, view]: [V3<L>; 2]) -> V3<L> {
+    let base = get_vector(l, planes, layout::NORMAL);
+    let [roughness, _] = get(l, planes, layout::FLAKE_ROUGHNESS);
+    let n_dot_v = base.dot(view).clamp_to(LEAST_COSINE, 1.0);
+    let v_dot_h = normal.dot(view).at_least(0.0);
+    let n_dot_h = base.dot(normal).at_least(LEAST_COSINE);
+    let n_dot_l = (n_dot_h * v_dot_h * 2.0 - n_dot_v).clamp_to(0.0, 1.0);
+    // Height-correlated masking and shadowing of GGX (Heitz 2014, equation 99).
+    let alpha2 = roughness.squared().squared();
+    let part = |x: L::F, y: L::F| x * (y.squared() * alpha2.one_minus() + alpha2).sqrt();
+    let both = part(n_dot_v, n_dot_l) + part(n_dot_l, n_dot_v);
+    let seen = n_dot_l * v_dot_h * 2.0 / (both * n_dot_h).at_least(1e-6);
+    let [_, once]: [L::F; 2] = tables::ggx_albedo().fetch_first(l, n_dot_v.sqrt(), roughness);
+    overcoat_core::vec3!(c in color => (c * seen / (c * once.one_minus()).one_minus()).at_most(1.0))
 }
 
 /// A reflectance, and how opaque flakes of it are: light that passes through a flake belongs to the base. Of what is not opaque the
