@@ -125,7 +125,8 @@ fn white_flakes_in_white_light_are_white() {
     for side in [16, 64, 300] {
         let found =
             pixels(&furnace(crate::common::shapes::square(1), painted(white)), side, ShadingModel::Standard);
-        assert!((mean(&found, 1) - 1.0).abs() < 0.03 && contrast(&found) < 0.1, "{side}: {}", mean(&found, 1));
+        let brightness = mean(&found, 1);
+        assert!((brightness - 1.0).abs() < 0.03 && contrast(&found) < 0.1, "{side}: {brightness}");
     }
 }
 

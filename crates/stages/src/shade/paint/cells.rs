@@ -59,7 +59,11 @@ impl<L: Lanes> Footprint<L> {
     #[inline(always)]
     pub(super) fn in_cells_of(&self, size: f32) -> Self {
         let inverse = 1.0 / size;
-        Self { place: self.place * inverse, width: self.width * inverse, area: self.area * (inverse * inverse) }
+        Self {
+            place: self.place * inverse,
+            width: self.width * inverse,
+            area: self.area * (inverse * inverse),
+        }
     }
 }
 
@@ -285,7 +289,11 @@ mod tests {
             (level.grid.to_array(), level.inverse.to_array(), level.sharp.to_array())
         };
         for (width, grid) in [(0.25, 0), (1.0, 0), (3.999_999, 2), (4.0, 2)] {
-            assert_eq!(shares(width), ([grid; LANES], [1.0 / (1 << grid) as f32; LANES], [1.0; LANES]), "{width}");
+            assert_eq!(
+                shares(width),
+                ([grid; LANES], [1.0 / (1 << grid) as f32; LANES], [1.0; LANES]),
+                "{width}"
+            );
         }
         let mut before = shares(4.0);
         let mut changes = 0;

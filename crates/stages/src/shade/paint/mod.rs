@@ -211,7 +211,8 @@ impl<L: Lanes> Mix<L> {
     /// Reads it.
     #[inline(always)]
     pub(super) fn new(l: L, material: &Material, planes: &SurfacePlanes) -> Self {
-        let mut mix = Self { covered: [l.zero(); COVERS], color: [Vec3::zero(l); COVERS], scratched: l.zero() };
+        let mut mix =
+            Self { covered: [l.zero(); COVERS], color: [Vec3::zero(l); COVERS], scratched: l.zero() };
         if has_flakes(material) {
             let flakes = &material.lobes.flakes;
             let view = get_vector(l, planes, layout::VIEW);
@@ -333,7 +334,7 @@ fn mean_reflectance<L: Lanes>(l: L, flakes: &Flakes, cosine: L::F) -> V3<L> {
 }
 
 /// Reflectance of single flakes of a normal and a colour that lie among others, so that in the mean they reflect what facets of rough
-/// metal do: `F D G2 / (4 N.V N.L)`, and the light that these send on to each other, as much of each lobe as 1 / (1 - F (1 - E)).
+/// metal do: `F D G2 / (4 N.V N.L)`, and the light that these send on to each other, by a factor of about 1 / (1 - F^2 (1 - E)).
 ///
 /// A flake covers a part of the base wherever it is seen from, and has a share `D N.H` of all. What is left is that others hide it
 /// and its light, the more the steeper it lies, and that those which face the viewer cover more.
@@ -351,7 +352,9 @@ fn among_others<L: Lanes>(l: L, planes: &SurfacePlanes, color: V3<L>, [normal, v
     let both = part(n_dot_v, n_dot_l) + part(n_dot_l, n_dot_v);
     let seen = n_dot_l * v_dot_h * 2.0 / (both * n_dot_h).at_least(1e-6);
     let [_, once]: [L::F; 2] = tables::ggx_albedo().fetch_first(l, n_dot_v.sqrt(), roughness);
-    overcoat_core::vec3!(c in color => (c * seen / (c * once.one_minus()).one_minus()).at_most(1.0))
+    overcoat_core::vec3!(c in color => {
+        (c * seen / (c.squared() * once.one_minus()).one_minus()).at_most(1.0)
+    })
 }
 
 /// A reflectance, and how opaque flakes of it are: light that passes through a flake belongs to the base. Of what is not opaque the
