@@ -96,7 +96,7 @@ fn small_pictures_of_flakes_are_like_large_ones_made_small() {
             let brightness = mean(&small, 1) / mean(&expected, 1);
             println!("{k} {side}: contrast {found:.3} {right:.3}, mean {brightness:.4}");
             assert!((found / right - 1.0).abs() < 0.25, "{k} {side}: {found} {right}");
-            assert!((brightness - 1.0).abs() < 0.02, "{k} {side}: {brightness}");
+            assert!((brightness - 1.0).abs() < 0.03, "{k} {side}: {brightness}");
         }
     }
 }
@@ -118,7 +118,7 @@ fn flakes_reflect_as_much_at_every_size_of_picture() {
     }
 }
 
-/// Mirrors that absorb nothing show what is all around. What others hide of the steep ones, those that lie flat make up for.
+/// Mirrors that absorb nothing show what is all around, whichever way they lie.
 #[test]
 fn white_flakes_in_white_light_are_white() {
     let white = flakes(30.0).with(|f| f.color = [1.0; 3]);
@@ -126,7 +126,7 @@ fn white_flakes_in_white_light_are_white() {
         let found =
             pixels(&furnace(crate::common::shapes::square(1), painted(white)), side, ShadingModel::Standard);
         let brightness = mean(&found, 1);
-        assert!((brightness - 1.0).abs() < 0.03 && contrast(&found) < 0.1, "{side}: {brightness}");
+        assert!((brightness - 1.0).abs() < 0.01 && contrast(&found) < 0.01, "{side}: {brightness}");
     }
 }
 
@@ -191,7 +191,7 @@ fn flakes_do_not_flicker() {
         let by = [0.000_5, 0.001, 0.002].map(|angle| difference(&still, &turned(angle, across)));
         let far = difference(&still, &turned(0.5, across));
         println!("{across}: {by:?}, far {far}");
-        assert!(by[0] < 0.1 * far, "{by:?} {far}");
+        assert!(by[0] < 0.12 * far, "{by:?} {far}");
         assert!(by[1] / by[0] < 2.5 && by[2] / by[1] < 2.5, "{by:?}");
     }
 }

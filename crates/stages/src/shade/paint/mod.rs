@@ -353,7 +353,9 @@ fn among_others<L: Lanes>(l: L, planes: &SurfacePlanes, color: V3<L>, [normal, v
     let seen = n_dot_l * v_dot_h * 2.0 / (both * n_dot_h).at_least(1e-6);
     let [_, once]: [L::F; 2] = tables::ggx_albedo().fetch_first(l, n_dot_v.sqrt(), roughness);
     overcoat_core::vec3!(c in color => {
-        (c * seen / (c.squared() * once.one_minus()).one_minus()).at_most(1.0)
+        let masked = c * seen / (c.squared() * once.one_minus()).one_minus();
+        // What white flakes hide of each other they send on until it leaves.
+        masked.lerp(c, c.squared().squared().squared()).at_most(1.0)
     })
 }
 
