@@ -70,6 +70,7 @@ fn data<L: Lanes>(l: L, m: &Material) -> SurfaceData<L> {
         },
         invert_ratio: true,
         single_scattering: false,
+        trapped_roughness: None,
     }
 }
 
@@ -328,6 +329,7 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
             }),
             invert_ratio: round & 1 == 0,
             single_scattering: false,
+            trapped_roughness: None,
         };
         let surface = openpbr::surface(l, &data, normal, tangent, view, AlbedoSource::Table(table));
         let one = l.splat(1.0);

@@ -16,6 +16,7 @@ fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
         roughness: f(roughness),
         dielectric_f0: grey(0.04),
         dielectric_f90: f(1.0),
+        trapped_roughness: None,
         coat: None,
         anisotropy: None,
     }
@@ -226,6 +227,7 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
         roughness: draws.unit(l),
         dielectric_f0: draws.color(l),
         dielectric_f90: draws.unit(l),
+        trapped_roughness: None,
         coat: if draws.coin() { Some(coat) } else { None },
         anisotropy: if draws.coin() { Some(anisotropy) } else { None },
     }

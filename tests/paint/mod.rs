@@ -67,6 +67,40 @@ fn contrast(pixels: &[[f32; 4]]) -> f64 {
     (pixels.iter().map(square).sum::<f64>() / pixels.len() as f64).sqrt() / mean
 }
 
+/// Means of blocks of pixels: a picture as it is seen from afar.
+fn shrunk(pixels: &[[f32; 4]], side: usize, to: usize) -> Vec<[f32; 4]> {
+    let block = side / to;
+    let mut small = vec![[0.0; 4]; to * to];
+    for (k, pixel) in pixels.iter().enumerate() {
+        let sum = &mut small[k / side / block * to + k % side / block];
+        *sum = [0, 1, 2, 3].map(|c| sum[c] + pixel[c] / (block * block) as f32);
+    }
+    small
+}
+
+/// Small pictures, whose pixels have up to ten flakes, sparkle and shine as a large one does that is made small: in white light,
+/// where flakes are there or not, and under a lamp that they mirror or not.
+#[test]
+fn small_pictures_of_flakes_are_like_large_ones_made_small() {
+    const LARGE: usize = 1024;
+    let sparse = painted(flakes(200.0).with(|f| f.share = 0.1));
+    let dense = painted(flakes(200.0).with(|f| f.roughness = 0.3));
+    let square = || crate::common::shapes::square(1);
+    let scenes = [furnace(square(), sparse), lit(square(), dense, [0.3, -0.2, -0.93])];
+    for (k, scene) in scenes.iter().enumerate() {
+        let large = pixels(scene, LARGE as u32, ShadingModel::Standard);
+        for side in [64, 256] {
+            let small = pixels(scene, side, ShadingModel::Standard);
+            let expected = shrunk(&large, LARGE, side as usize);
+            let [found, right] = [contrast(&small), contrast(&expected)];
+            let brightness = mean(&small, 1) / mean(&expected, 1);
+            println!("{k} {side}: contrast {found:.3} {right:.3}, mean {brightness:.4}");
+            assert!((found / right - 1.0).abs() < 0.25, "{k} {side}: {found} {right}");
+            assert!((brightness - 1.0).abs() < 0.03, "{k} {side}: {brightness}");
+        }
+    }
+}
+
 /// From a pixel for many flakes to many pixels for each.
 #[test]
 fn flakes_reflect_as_much_at_every_size_of_picture() {
@@ -78,8 +112,7 @@ fn flakes_reflect_as_much_at_every_size_of_picture() {
             for side in [64, 256, 1024] {
                 let small = mean(&pixels(&scene, side, model), 1);
                 println!("{model:?} {share} {side}: {small:.4} {:.4}", small / large);
-                // Many flakes as one rough surface send light on to each other, which flakes apart do not: 2 to 3 percent.
-                assert!((small / large - 1.0).abs() < 0.07, "{model:?}, {side}: {small} and {large}");
+                assert!((small / large - 1.0).abs() < 0.04, "{model:?}, {side}: {small} and {large}");
             }
         }
     }
@@ -90,11 +123,10 @@ fn flakes_reflect_as_much_at_every_size_of_picture() {
 fn white_flakes_in_white_light_are_white() {
     let white = flakes(30.0).with(|f| f.color = [1.0; 3]);
     for side in [16, 64, 300] {
-        for pixel in
-            pixels(&furnace(crate::common::shapes::square(1), painted(white)), side, ShadingModel::Standard)
-        {
-            assert!((pixel[1] - 1.0).abs() < 0.01, "{side}: {pixel:?}");
-        }
+        let found =
+            pixels(&furnace(crate::common::shapes::square(1), painted(white)), side, ShadingModel::Standard);
+        let brightness = mean(&found, 1);
+        assert!((brightness - 1.0).abs() < 0.01 && contrast(&found) < 0.01, "{side}: {brightness}");
     }
 }
 
@@ -159,7 +191,7 @@ fn flakes_do_not_flicker() {
         let by = [0.000_5, 0.001, 0.002].map(|angle| difference(&still, &turned(angle, across)));
         let far = difference(&still, &turned(0.5, across));
         println!("{across}: {by:?}, far {far}");
-        assert!(by[0] < 0.1 * far, "{by:?} {far}");
+        assert!(by[0] < 0.12 * far, "{by:?} {far}");
         assert!(by[1] / by[0] < 2.5 && by[2] / by[1] < 2.5, "{by:?}");
     }
 }

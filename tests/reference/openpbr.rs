@@ -44,6 +44,7 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         }),
         invert_ratio: batch.is_on("tirFix"),
         single_scattering: false,
+        trapped_roughness: None,
     };
     let [normal, tangent, view, light] = ["N", "T", "V", "L"].map(|name| load3(l, batch, name));
     let albedos = AlbedoSource::Given { coat: load(l, batch, "Ecoat"), specular: load(l, batch, "Espec") };

@@ -37,8 +37,8 @@ group! {
     /// Flakes of metal or coated mica in the base.
     ///
     /// Each flake is a metal mirror, a little rough, that lies at an angle of its own. Where pixels are smaller than flakes each is
-    /// seen; where they are larger a pixel shows the mean of its flakes, which is the nearer to that of all of them the more they
-    /// are: a rough metal.
+    /// seen; where they are larger a pixel shows the mean of its flakes, which strays from that of all of them, a rough metal, by
+    /// as much less as there are more.
     ///
     /// The default is none; if there were some, of aluminium, a third of a millimetre wide.
     Flakes {

@@ -132,6 +132,9 @@ pub struct SurfaceData<L: Lanes> {
     pub invert_ratio: bool,
     /// True if light that meets more than one facet is lost. One for all lanes.
     pub single_scattering: bool,
+    /// Perceptual roughness of the base as light that the coat sends back to it meets it, 0 to 1, where that is another than of what
+    /// is seen: all flakes are met by what one flake reflects. The base lies as the coat does then.
+    pub trapped_roughness: Option<L::F>,
 }
 
 /// Directional albedos of lobes for the view.
@@ -459,7 +462,8 @@ fn coat_surface<L: Lanes>(
     let inner_diffuse = (mean_reflectance.one_minus() / ior2).one_minus();
     let inner_specular = fresnel_dielectric(l, ior, interface.view.z);
     let x = (data.specular_weight * surface.f0).saturate();
-    let base_roughness = mix(l, mix(l, l.splat(1.0), data.roughness, x), data.roughness, data.metalness);
+    let roughness = data.trapped_roughness.unwrap_or(data.roughness);
+    let base_roughness = mix(l, mix(l, l.splat(1.0), roughness, x), roughness, data.metalness);
     let inner = mix(l, inner_specular, inner_diffuse, base_roughness);
     let metal_weight = data.specular_weight.at_most(1.0);
     let dielectric = surface.base_color.lerp(data.specular_color, x);

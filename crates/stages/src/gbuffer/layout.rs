@@ -5,7 +5,7 @@
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
 //! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
 //! | [`FILTERED`] | roughness for normals that vary within a pixel | 8 | shading, where the model asks for it |
-//! | [`PAINT`] | flakes, and scratches of the coat | 36 | shading, where the material has them |
+//! | [`PAINT`] | flakes, and scratches of the coat | 60 | shading, where the material has them |
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
 //! | [`FACE`] | the plane of the triangle | 24 | effects that ask for it |
 //! | [`LIT`] | the smooth surface, and what of lamps with an extent reaches it | 64 | shading, where lamps cast shadows |
@@ -138,12 +138,14 @@ planes! {
     FILTERED_ROUGHNESS "filtered-roughness" 1 Range::UNIT;
     /// That of the coat.
     FILTERED_COAT_ROUGHNESS "filtered-coat-roughness" 1 Range::UNIT;
-    /// Share of the base that flakes cover.
-    FLAKE_SHARE "flake-share" 1 Range::UNIT;
-    /// Unit mean of the normals of flakes, N.V >= 0 up to rounding.
+    /// Shares of the base that all flakes together cover, and those that two flakes stand for.
+    FLAKE_SHARES "flake-shares" 3 Range::UNIT;
+    /// Unit normal of the first of the two, N.V >= 0 up to rounding.
     FLAKE_NORMAL "flake-normal" 3 VECTOR;
-    /// Perceptual roughness of the flakes together.
-    FLAKE_ROUGHNESS "flake-roughness" 1 Range::UNIT;
+    /// Unit normal of the second, likewise.
+    NEXT_FLAKE_NORMAL "next-flake-normal" 3 VECTOR;
+    /// Perceptual roughness of all flakes together, and of each.
+    FLAKE_ROUGHNESS "flake-roughness" 2 Range::UNIT;
     /// Share of the coat that a scratch covers.
     SCRATCH_SHARE "scratch-share" 1 Range::UNIT;
     /// Unit normal of the scratch's wall, N.V >= 0 up to rounding.
@@ -211,10 +213,10 @@ pub const LOBES: std::ops::Range<usize> = TANGENT.first..FILTERED_ROUGHNESS.firs
 pub const SURFACE: std::ops::Range<usize> = CORE.start..LOBES.end;
 
 /// Rows that have a meaning where roughness grows with what normals vary within a pixel.
-pub const FILTERED: std::ops::Range<usize> = FILTERED_ROUGHNESS.first..FLAKE_SHARE.first;
+pub const FILTERED: std::ops::Range<usize> = FILTERED_ROUGHNESS.first..FLAKE_SHARES.first;
 
 /// Rows that have a meaning where the material has flakes or its coat scratches.
-pub const PAINT: std::ops::Range<usize> = FLAKE_SHARE.first..KEPT_COLOR.first;
+pub const PAINT: std::ops::Range<usize> = FLAKE_SHARES.first..KEPT_COLOR.first;
 
 /// Rows that have a meaning where the material lets light through.
 pub const TRANSMISSION: std::ops::Range<usize> = KEPT_COLOR.first..FACE_NORMAL.first;

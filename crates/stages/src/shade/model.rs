@@ -262,11 +262,15 @@ pub(super) fn radiance<L: Lanes, M: Model>(
         #[inline(always)]
         || {
             let mixed = paint::is_mixed(material);
+            let mix = mixed.then(|| paint::Mix::new(l, material, planes));
             let mut total = Vec3::zero(l);
             // Loops, so that a model's code is compiled once.
             for which in 0..paint::SURFACES {
                 let mut share = l.splat(1.0);
-                let part = if mixed { paint::Part::new(l, material, planes, which) } else { None };
+                let part = match &mix {
+                    Some(mix) => mix.part(l, which),
+                    None => None,
+                };
                 if mixed && part.is_none() {
                     continue;
                 }

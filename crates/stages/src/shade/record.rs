@@ -151,6 +151,7 @@ impl<L: Lanes> Surface<L> {
             bent_normal: Vec3::new(zero, zero, one),
             lobes: LobeValues::none(l),
             uv: get(l, planes, UV),
+            trapped_roughness: None,
             distance,
             depth,
         };

@@ -97,6 +97,9 @@ pub struct Surface<L: Lanes> {
     pub lobes: LobeValues<L>,
     /// Texture coordinates of set 0.
     pub uv: [L::F; 2],
+    /// Perceptual roughness of the base as light that the coat sends back meets it, 0 to 1, where that is another: of a flake that of
+    /// all flakes.
+    pub trapped_roughness: Option<L::F>,
     /// Distance along the view direction.
     pub distance: L::F,
     /// The depth that the rasterizer compares.
@@ -364,6 +367,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
         bent_normal,
         lobes,
         uv,
+        trapped_roughness: None,
         distance,
         depth: location.depth,
     };

@@ -106,6 +106,9 @@ pub struct SurfaceData<L: Lanes> {
     pub coat: Option<Coat<L>>,
     /// Anisotropic highlights.
     pub anisotropy: Option<Anisotropy<L>>,
+    /// Perceptual roughness of the base as light that the coat sends back to it meets it, 0 to 1, where that is another than of what
+    /// is seen: all flakes are met by what one flake reflects. The base lies as the coat does then.
+    pub trapped_roughness: Option<L::F>,
 }
 
 /// The base as the material has it.
@@ -116,6 +119,8 @@ struct Base<L: Lanes> {
     alpha: [L::F; 2],
     /// Perceptual roughness of the mean alpha.
     roughness: L::F,
+    /// The same as light that the coat sends back meets it.
+    trapped_roughness: L::F,
     /// F0 of the specular lobe, metal and dielectric together.
     f0: V3<L>,
     f90: L::F,
@@ -232,6 +237,7 @@ impl<L: Lanes> Base<L> {
             normal,
             alpha,
             roughness,
+            trapped_roughness: data.trapped_roughness.unwrap_or(roughness),
             f0: data.dielectric_f0.lerp(data.color, metallic),
             f90: data.dielectric_f90.lerp(l.splat(1.0), metallic),
             dielectric: (data.dielectric_f0, data.dielectric_f90),
@@ -345,7 +351,7 @@ fn coated<L: Lanes>(
     let bounces = Bounces {
         face: &face,
         depth: coat.depth,
-        base_alpha: base.roughness.squared(),
+        base_alpha: base.trapped_roughness.squared(),
         f0: base.f0,
         dielectric: base.dielectric,
         albedo: base.albedo,

@@ -108,6 +108,9 @@ pub struct SurfaceData<L: Lanes> {
     pub coat_color: Option<V3<L>>,
     /// Share of the darkening by reflection between coat and base, 0 to 1; `None` is 0.
     pub coat_darkening: Option<L::F>,
+    /// Perceptual roughness of the base as light that the coat sends back to it meets it, 0 to 1, where that is another than of what
+    /// is seen: all flakes are met by what one flake reflects. The base lies as the coat does then.
+    pub trapped_roughness: Option<L::F>,
     /// Sheen.
     pub sheen: Option<Sheen<L>>,
     /// Thin film.
@@ -355,7 +358,11 @@ pub fn surface<L: Lanes>(
     if let Some(coat) = &coat
         && let Some(strength) = coat.darkening
     {
-        let darkening = darkening(l, data, coat, mean_roughness, (normal, view), table);
+        let (roughness, below) = match data.trapped_roughness {
+            Some(roughness) => (roughness, coat.normal),
+            None => (mean_roughness, normal),
+        };
+        let darkening = darkening(l, data, coat, roughness, (below, view), table);
         let one = Vec3::splat(l, [1.0; 3]);
         let specular = one.lerp(darkening.specular, strength);
         reflectance.normal *= specular;
@@ -388,6 +395,7 @@ fn darkening<L: Lanes>(
         dielectric_f90: data.dielectric_f90,
         coat: None,
         anisotropy: None,
+        trapped_roughness: None,
     };
     let above = stacklit_d::Coat {
         mask: coat.factor,

@@ -49,6 +49,7 @@ impl AdditiveModel for OpenPbr {
             }),
             invert_ratio: true,
             single_scattering: material.options.openpbr.single_scattering,
+            trapped_roughness: surface.trapped_roughness,
         };
         let albedos = AlbedoSource::Table(tables::ggx_albedo());
         openpbr::surface(l, &data, surface.normal, tangent, surface.view, albedos)

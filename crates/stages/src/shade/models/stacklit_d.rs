@@ -43,6 +43,7 @@ impl AdditiveModel for StackLitD {
                     .then_some(Vec3::splat(l, given.coat.extinction) * surface.lobes.coat_thickness),
                 normal: surface.coat_normal,
             }),
+            trapped_roughness: surface.trapped_roughness,
             anisotropy: (brushed || brushed_coat).then_some(Anisotropy {
                 base: strength,
                 coat: l.splat(given.coat.anisotropy),

@@ -36,6 +36,7 @@ impl AdditiveModel for Standard {
             coat_color: (material.lobes.coat.color.factor != [1.0; 3]).then_some(surface.lobes.coat_color),
             coat_darkening: (material.lobes.coat.darkening != 0.0)
                 .then(|| l.splat(material.lobes.coat.darkening)),
+            trapped_roughness: surface.trapped_roughness,
             sheen: layers.sheen,
             iridescence: layers.iridescence,
             anisotropy: (material.lobes.anisotropy.strength != 0.0)

@@ -4,12 +4,12 @@
 //! polygons of three to six sides instead of squares. A cell's numbers come from its indices by a hash (Wellons 2018, "lowbias32",
 //! over the primes of Teschner et al. 2003), so that nothing is stored, and they are fixed to the object.
 //!
-//! *Footprints.* Where a pixel is smaller than a cell it shows that cell, and at edges a mean. Where it is larger there is a grid of larger cells, 2^k times as wide, of which each stands for the 4^k that
-//! a surface has in it and whose numbers vary by as much less: what a mean of 4^k numbers is distributed like. Between two such
-//! grids the mean goes smoothly from one to the other, so that nothing appears or vanishes suddenly when an object comes nearer.
+//! *Footprints.* Where a pixel is smaller than a cell it shows that cell, and at edges a mean. Where it is larger there is a grid of
+//! larger cells, 2^k times as wide ([`Level`]). From one grid to the next cells give way one by one, each at a width of its own,
+//! so that nothing appears or vanishes suddenly when an object comes nearer.
 
 use overcoat_core::each;
-use overcoat_core::math::lanes::{Float, Int, Lanes};
+use overcoat_core::math::lanes::{Float, Int, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
 /// A rotation that has no axis of the grid near one of the object's.
@@ -22,11 +22,6 @@ const TURN: [[f32; 3]; 3] = [
 /// Largest index of a cell that is told from its neighbours; single precision has no more.
 const FARTHEST: f32 = 8e6;
 
-/// Factor by which the transition from one cell to the next is shorter than the footprint. Where two flakes meet their
-/// mean is no flake, but a rough surface between them, which is seen from more sides than either: long transitions
-/// would outline every flake.
-const SHARPNESS: f32 = 2.0;
-
 /// Largest width of a footprint, in cells.
 const WIDEST: f32 = 1_048_576.0;
 
@@ -37,6 +32,8 @@ pub(super) struct Footprint<L: Lanes> {
     pub(super) place: V3<L>,
     /// In cells, more than 0.
     pub(super) width: L::F,
+    /// In squares of cells.
+    pub(super) area: L::F,
 }
 
 impl<L: Lanes> Footprint<L> {
@@ -50,17 +47,23 @@ impl<L: Lanes> Footprint<L> {
         let area = right.cross(down).length();
         let longest = right.dot(right).max(down.dot(down)).sqrt() * 0.5;
         let width = area.sqrt().max(longest) * cells_per_length;
+        let area = area * cells_per_length.squared();
         let scaled = place * cells_per_length;
         let place = Vec3::from_array(each!(row in TURN => {
             scaled.dot(Vec3::splat(l, row)).clamp_to(-FARTHEST, FARTHEST)
         }));
-        Self { place, width: width.clamp_to(1e-6, WIDEST) }
+        Self { place, width: width.clamp_to(1e-6, WIDEST), area: area.at_most(WIDEST * WIDEST) }
     }
 
     /// The same in a grid whose cells are this many times as wide.
     #[inline(always)]
     pub(super) fn in_cells_of(&self, size: f32) -> Self {
-        Self { place: self.place * (1.0 / size), width: self.width * (1.0 / size) }
+        let inverse = 1.0 / size;
+        Self {
+            place: self.place * inverse,
+            width: self.width * inverse,
+            area: self.area * (inverse * inverse),
+        }
     }
 }
 
@@ -92,7 +95,7 @@ impl<I: Int> Hash<I> {
         (self.0.shr_logical(8)).to_float() * (1.0 / 16_777_216.0)
     }
 
-    /// Deviate of mean 0 and variance 1, near to a Gaussian, up to [`LARGEST_DEVIATION`]: a sum of four bytes,
+    /// Deviate of mean 0 and variance 1, near to a Gaussian, up to 3.84: a sum of four bytes,
     /// stretched by as much as it lacks in the tails (Cornish and Fisher 1938, the term of the fourth cumulant).
     #[inline(always)]
     pub(super) fn deviation(self) -> I::F {
@@ -106,9 +109,6 @@ impl<I: Int> Hash<I> {
 
 /// Kurtosis that a sum of four uniform numbers lacks to be a Gaussian's.
 const KURTOSIS: f32 = 0.3;
-
-/// Largest value of [`Hash::deviation`].
-pub(super) const LARGEST_DEVIATION: f32 = 3.84;
 
 /// A corner of the grid: its cell, and its share of the footprint.
 #[derive(Clone, Copy)]
@@ -128,13 +128,12 @@ pub(super) struct Corners<L: Lanes> {
 impl<L: Lanes> Corners<L> {
     pub(super) const COUNT: usize = 8;
 
-    /// About a place in units of cells. `sharpness`: by how much a cell is larger than what its mean is taken over, 1 and more; the
-    /// transition from one cell to the next is as much shorter.
+    /// About a place in units of cells.
     #[inline(always)]
-    pub(super) fn about(_: L, place: V3<L>, sharpness: L::F) -> Self {
+    pub(super) fn about(_: L, place: V3<L>) -> Self {
         let shifted = each!(x in place.to_array() => x - 0.5);
         let floor: [L::F; 3] = each!(x in shifted => x.floor());
-        let share = each!(k => (((shifted[k] - floor[k]) - 0.5) * sharpness + 0.5).saturate());
+        let share = each!(k => shifted[k] - floor[k]);
         Self { first: each!(x in floor => x.to_int()), share }
     }
 
@@ -150,35 +149,76 @@ impl<L: Lanes> Corners<L> {
     }
 }
 
-/// Grid whose cells are as wide as a footprint, and the share of it against the next.
+/// A cell of one of the grids.
+#[derive(Clone, Copy)]
+pub(super) struct Cell<L: Lanes> {
+    index: [L::I; 3],
+    grid: L::I,
+}
+
+impl<L: Lanes> Cell<L> {
+    /// The cell at a place in units of cells, the one beside it across the nearest of its borders, and how far that is, 0 to .5
+    /// cells.
+    #[inline(always)]
+    pub(super) fn beside_border(l: L, place: V3<L>, grid: L::I) -> ([Self; 2], L::F) {
+        let place = place.to_array();
+        let floor: [L::F; 3] = each!(x in place => x.floor());
+        let inside: [L::F; 3] = each!(k => place[k] - floor[k]);
+        let [x, y, z]: [L::F; 3] = each!(t in inside => t.min(t.one_minus()));
+        let first = x.le(y) & x.le(z);
+        let second = !first & y.le(z);
+        let crossed = [first, second, !(first | second)];
+        let index: [L::I; 3] = each!(x in floor => x.to_int());
+        let beyond = each!(k => {
+            let step = inside[k].lt(l.splat(0.5)).select_i(l.splat_i(-1), l.splat_i(1));
+            index[k] + crossed[k].select_i(step, l.splat_i(0))
+        });
+        ([Self { index, grid }, Self { index: beyond, grid }], x.min(y).min(z).at_least(0.0))
+    }
+
+    /// Its random numbers.
+    #[inline(always)]
+    pub(super) fn hash(&self) -> Hash<L::I> {
+        Hash::new(self.index, self.grid)
+    }
+}
+
+/// Grid in which a footprint is looked up, whose cells are .5 to 2 times as wide.
 #[derive(Clone, Copy)]
 pub(super) struct Level<L: Lanes> {
     /// Number of the grid: its cells are 2^that as wide.
     pub(super) grid: L::I,
     /// 2^-grid.
     pub(super) inverse: L::F,
-    /// Share of this grid.
-    pub(super) share: L::F,
-    /// Factor by which cells are larger than the transitions between them.
-    pub(super) sharpness: L::F,
+    /// How far its cell is from giving way to one of another grid, 0 to 1: 1 for most.
+    pub(super) sharp: L::F,
 }
 
 impl<L: Lanes> Level<L> {
-    /// The two grids for a footprint.
+    /// Number by which the hash that decides between grids differs from those of the cells.
+    const CHOICE: i32 = 256;
+
+    /// Range of widths over which a cell goes, as a share of those from one grid to the next.
+    const TRANSITION: f32 = 0.05;
+
+    /// The grid for a footprint: where it lies between two of them, the cell of the coarser decides.
     #[inline(always)]
-    pub(super) fn of(l: L, width: L::F) -> [Self; 2] {
-        let at_least_one = width.at_least(1.0);
-        let exponent = at_least_one.bits().shr_logical(23) - 127;
+    pub(super) fn of(l: L, footprint: &Footprint<L>) -> Self {
+        let width = footprint.width.at_least(1.0);
+        let exponent = width.bits().shr_logical(23) - 127;
         // 2^-k by its bits.
         let [finer, coarser]: [L::F; 2] =
             each!(k => (l.splat_i(127 - k as i32) - exponent).shl(23).float_from_bits());
-        let towards = at_least_one * finer - 1.0;
-        let sharpness: [L::F; 2] =
-            each!(inverse in [finer, coarser] => ((width * inverse).recip() * SHARPNESS).at_least(1.0));
-        [
-            Self { grid: exponent, inverse: finer, share: towards.one_minus(), sharpness: sharpness[0] },
-            Self { grid: exponent + 1, inverse: coarser, share: towards, sharpness: sharpness[1] },
-        ]
+        let towards = width * finer - 1.0;
+        let cell = overcoat_core::vec3!(x in footprint.place => (x * coarser).floor()).to_array();
+        let choice = Hash::new(each!(x in cell => x.to_int()), exponent + Self::CHOICE);
+        let turn = choice.uniform() * (1.0 - 2.0 * Self::TRANSITION) + Self::TRANSITION;
+        let is_coarser = turn.lt(towards);
+        Self {
+            grid: is_coarser.select_i(exponent + 1, exponent),
+            inverse: is_coarser.select(coarser, finer),
+            sharp: ((towards - turn).abs() * (1.0 / Self::TRANSITION)).at_most(1.0),
+        }
     }
 }
 
@@ -213,48 +253,84 @@ mod tests {
         for values in [&first, &second] {
             let [mean, variance] = moments(values);
             assert!(mean.abs() < 0.012 && (variance - 1.0).abs() < 0.015, "{mean} {variance}");
-            assert!(values.iter().all(|v| v.abs() <= f64::from(LARGEST_DEVIATION)));
+            assert!(values.iter().all(|v| v.abs() <= 3.84));
         }
         let together: f64 = first.iter().zip(&second).map(|(a, b)| a * b).sum::<f64>() / first.len() as f64;
         let beside: f64 = first.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / first.len() as f64;
         assert!(together.abs() < 0.012 && beside.abs() < 0.012, "{together} {beside}");
     }
 
-    /// The shares of all corners are one, and at a sharpness without end one cell has all.
     #[test]
     fn corners_share_the_footprint() {
         for level in SimdLevel::available() {
             overcoat_core::dispatch!(level, l => {
                 let place = Vec3::new(l.splat(3.3), l.splat(-7.9), l.splat(0.01));
-                for sharpness in [1.0, 4.0, 1e6] {
-                    let (mut sum, mut most) = (0.0, 0.0_f32);
-                    let corners = Corners::about(l, place, l.splat(sharpness));
-                    for k in 0..8 {
-                        let [weight, ..] = corners.get(l, k).weight.to_array();
-                        sum += weight;
-                        if weight > most {
-                            most = weight;
-                        }
-                    }
-                    assert!((sum - 1.0).abs() < 1e-6);
-                    assert!(sharpness < 1e6 || most == 1.0);
-                }
+                let corners = Corners::about(l, place);
+                let sum: f32 = (0..8).map(|k| corners.get(l, k).weight.to_array()[0]).sum();
+                assert!((sum - 1.0).abs() < 1e-6);
             });
         }
     }
 
+    /// Footprint of this width at places that are spread over many cells.
+    fn footprint(width: f32, k: i32) -> Footprint<Scalar> {
+        let l = Scalar;
+        let along = (l.lane_indices() + k * 16).to_float();
+        let place = Vec3::new(along * 3.7, along * 0.31 + 0.3, along * -1.9);
+        Footprint { place, width: l.splat(width), area: l.splat(width * width) }
+    }
+
+    /// A cell stays as it is while a footprint grows, goes to 0 before it gives way, and is whole at the powers of two.
     #[test]
     fn grids_follow_the_footprint_without_a_step() {
         let l = Scalar;
         let shares = |width: f32| {
-            Level::of(l, l.splat(width)).map(|level| {
-                (level.grid.to_array()[0], level.inverse.to_array()[0], level.share.to_array()[0])
-            })
+            let level = Level::of(l, &footprint(width, 0));
+            (level.grid.to_array(), level.inverse.to_array(), level.sharp.to_array())
         };
-        assert_eq!(shares(0.25)[0], (0, 1.0, 1.0));
-        assert_eq!(shares(1.5), [(0, 1.0, 0.5), (1, 0.5, 0.5)]);
-        let [before, after] = [shares(3.999_999), shares(4.0)];
-        assert_eq!((before[1].0, after[0]), (2, (2, 0.25, 1.0)));
-        assert!(before[1].2 > 0.999_99 && after[1].2 == 0.0);
+        for (width, grid) in [(0.25, 0), (1.0, 0), (3.999_999, 2), (4.0, 2)] {
+            assert_eq!(
+                shares(width),
+                ([grid; LANES], [1.0 / (1 << grid) as f32; LANES], [1.0; LANES]),
+                "{width}"
+            );
+        }
+        let mut before = shares(4.0);
+        let mut changes = 0;
+        for k in 1..=4000 {
+            let now = shares(4.0 + k as f32 * 0.001);
+            for lane in 0..LANES {
+                if before.0[lane] == now.0[lane] {
+                    assert!((before.2[lane] - now.2[lane]).abs() < 0.01);
+                } else {
+                    changes += 1;
+                    assert!(before.2[lane] < 0.01 && now.2[lane] < 0.01);
+                }
+            }
+            before = now;
+        }
+        assert_eq!(changes, LANES);
+    }
+
+    /// The cell beyond the nearest border is the one that a place across it lies in.
+    #[test]
+    fn cells_have_neighbors_across_their_nearest_border() {
+        let l = Scalar;
+        for k in 0..64 {
+            let place = footprint(1.0, k).place;
+            let ([here, beyond], distance) = Cell::beside_border(l, place, l.splat_i(0));
+            let (here, beyond) = (here.index.map(Int::to_array), beyond.index.map(Int::to_array));
+            for lane in 0..LANES {
+                let at = place.lane(lane);
+                let distance = distance.to_array()[lane];
+                let steps = [0, 1, 2].map(|axis| beyond[axis][lane] - here[axis][lane]);
+                let axis = steps.iter().position(|&step| step != 0).unwrap();
+                assert_eq!(steps.iter().map(|step| step.abs()).sum::<i32>(), 1);
+                let inside = at[axis] - here[axis][lane] as f32;
+                let expected = if steps[axis] > 0 { 1.0 - inside } else { inside };
+                assert_eq!((here[axis][lane], distance), (at[axis].floor() as i32, expected));
+                assert!((0.0..=0.5).contains(&distance));
+            }
+        }
     }
 }

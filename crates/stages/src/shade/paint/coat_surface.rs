@@ -44,7 +44,7 @@ fn smooth<L: Lanes>(l: L, place: V3<L>, grid: i32) -> V3<L> {
         let t = x - whole;
         whole + t * t * (t * -2.0 + 3.0) + 0.5
     });
-    let corners = Corners::about(l, rounded, l.splat(1.0));
+    let corners = Corners::about(l, rounded);
     for k in 0..Corners::<L>::COUNT {
         let corner = corners.get(l, k);
         let hash = Hash::new(corner.cell, l.splat_i(grid));

@@ -1,8 +1,8 @@
 //! Car paint: flakes, orange peel and scratches ([`Flakes`], [`CoatSurface`](overcoat_scene::CoatSurface)), under every model.
 //!
 //! Surface evaluation finds what of them each fragment shows ([`store`]); shading then goes over the surfaces that make it up
-//! ([`Part`]): the base, the flakes, and both under a scratched coat, each by the model's own formulas, and adds them up by
-//! their shares. What there is none of is not shaded.
+//! ([`Mix`]): the base, all flakes together, one or two flakes, and each of these under a scratched coat, by the model's own
+//! formulas, and adds them up by their shares. What there is none of is not shaded.
 
 mod cells;
 mod coat_surface;
@@ -17,16 +17,26 @@ use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use cells::Footprint;
 use overcoat_core::built::CarPaint;
+use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_scene::{Flakes, Material, Mesh};
+use overcoat_shading::brdf::tables;
 use overcoat_shading::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
+use std::f32::consts::FRAC_1_SQRT_2;
 
 /// Index of refraction of what flakes lie in.
 const PAINT_IOR: f32 = 1.5;
 
-/// Largest number of surfaces that a fragment may be a mix of.
-pub(super) const SURFACES: usize = 4;
+/// Least cosine, so that nothing is divided by 0.
+const LEAST_COSINE: f32 = 1e-3;
+
+/// Largest number of surfaces that a fragment may be a mix of: base and those of flakes, without and with scratches.
+pub(super) const SURFACES: usize = 2 * BASES;
+const BASES: usize = 1 + COVERS;
+
+/// Surfaces of flakes: all together, and two of them.
+const COVERS: usize = 3;
 
 /// True of materials that are shaded as a mix.
 #[inline(always)]
@@ -57,8 +67,13 @@ fn has_peel(material: &Material) -> bool {
 
 /// Surfaces that a fragment of a material is shaded as, in mean.
 pub(super) fn surfaces(material: &Material) -> u64 {
-    let flakes = if !has_flakes(material) || material.lobes.flakes.share >= 1.0 { 1 } else { 2 };
-    if has_scratches(material) { 2 * flakes } else { flakes }
+    let bases = match (has_flakes(material), material.lobes.flakes.share >= 1.0) {
+        (false, _) => 1,
+        // Together, and one.
+        (true, true) => 2,
+        (true, false) => 3,
+    };
+    if has_scratches(material) { 2 * bases } else { bases }
 }
 
 /// Positions of sixteen fragments on their objects.
@@ -127,13 +142,19 @@ pub(super) fn store<L: Lanes>(
     }
     if has_flakes(material) {
         let seen = flakes::seen(l, flakes, &ground.footprint(l, flakes.size));
-        let across = ground.along(l, seen.deviation, surface.normal);
-        let (steepness, roughness) = flakes::slope(l, flakes, seen.variance, across);
-        let tilted = surface.normal + across * steepness;
-        let normal = face_viewer(l, normalize_or(l, tilted, surface.normal), surface.view);
-        put(planes, layout::FLAKE_SHARE, [seen.share]);
-        put(planes, layout::FLAKE_NORMAL, normal.to_array());
-        put(planes, layout::FLAKE_ROUGHNESS, [roughness]);
+        for (single, plane) in seen.single.iter().zip([layout::FLAKE_NORMAL, layout::NEXT_FLAKE_NORMAL]) {
+            let mut normal = surface.normal;
+            if single.share.gt(l.zero()).any() {
+                let across = ground.along(l, single.deviation, surface.normal);
+                let tilted = surface.normal + across * flakes::slope(l, flakes, across);
+                normal = face_viewer(l, normalize_or(l, tilted, surface.normal), surface.view);
+            }
+            put(planes, plane, normal.to_array());
+        }
+        let [first, second] = seen.single;
+        put(planes, layout::FLAKE_SHARES, [seen.together, first.share, second.share]);
+        let roughness = [flakes::together(flakes), flakes.roughness];
+        put(planes, layout::FLAKE_ROUGHNESS, each!(r in roughness => l.splat(r)));
     }
     if has_scratches(material) {
         let found =
@@ -156,8 +177,8 @@ pub(super) fn store_filtered<L: Lanes>(
     planes: &mut SurfacePlanes,
 ) {
     if has_flakes(material) {
-        let [roughness] = get(l, planes, layout::FLAKE_ROUGHNESS);
-        put(planes, layout::FLAKE_ROUGHNESS, [filter.roughened(roughness, change, l.zero())]);
+        let roughness: [L::F; 2] = get(l, planes, layout::FLAKE_ROUGHNESS);
+        put(planes, layout::FLAKE_ROUGHNESS, each!(r in roughness => filter.roughened(r, change, l.zero())));
     }
 }
 
@@ -167,53 +188,94 @@ fn rougher<L: Lanes>(_: L, roughness: L::F, more: L::F) -> L::F {
     (roughness.squared().squared() + more).saturate().sqrt().sqrt()
 }
 
-/// One of the surfaces that a fragment is a mix of.
+/// Surfaces that a fragment is a mix of.
+pub(super) struct Mix<L: Lanes> {
+    /// Share of each surface of flakes; the base has the rest.
+    covered: [L::F; COVERS],
+    /// Reflectance of each.
+    color: [V3<L>; COVERS],
+    /// Share of the coat that a scratch covers.
+    scratched: L::F,
+}
+
+/// One of the surfaces of a [`Mix`].
 pub(super) struct Part<L: Lanes> {
     /// Its share of the fragment; shares add up to 1.
     pub(super) share: L::F,
-    of_flakes: bool,
+    /// Number of its flakes, and their reflectance.
+    flakes: Option<(usize, V3<L>)>,
     of_scratches: bool,
-    /// Reflectance of the flakes.
-    color: V3<L>,
+}
+
+impl<L: Lanes> Mix<L> {
+    /// Reads it.
+    #[inline(always)]
+    pub(super) fn new(l: L, material: &Material, planes: &SurfacePlanes) -> Self {
+        let mut mix =
+            Self { covered: [l.zero(); COVERS], color: [Vec3::zero(l); COVERS], scratched: l.zero() };
+        if has_flakes(material) {
+            let flakes = &material.lobes.flakes;
+            let view = get_vector(l, planes, layout::VIEW);
+            let shares: [L::F; COVERS] = get(l, planes, layout::FLAKE_SHARES);
+            for k in 0..COVERS {
+                if !shares[k].gt(l.zero()).any() {
+                    continue;
+                }
+                let normal = flake_normal(l, planes, k);
+                let cosine = normal.dot(view).saturate();
+                let seen =
+                    if k == 0 { mean_reflectance(l, flakes, cosine) } else { reflectance(l, flakes, cosine) };
+                let (color, opacity) = with_opacity(l, flakes, seen);
+                mix.covered[k] = shares[k] * opacity;
+                mix.color[k] = if k == 0 { color } else { among_others(l, planes, color, [normal, view]) };
+            }
+        }
+        if has_scratches(material) {
+            [mix.scratched] = get(l, planes, layout::SCRATCH_SHARE);
+        }
+        mix
+    }
+
+    /// Number `which` of the [`SURFACES`]; `None` where no lane has any of it.
+    #[inline(always)]
+    pub(super) fn part(&self, l: L, which: usize) -> Option<Part<L>> {
+        let (base, of_scratches) = (which % BASES, which >= BASES);
+        let (share, flakes) = match base.checked_sub(1) {
+            Some(k) => (self.covered[k], Some((k, self.color[k]))),
+            None => {
+                let [together, first, second] = self.covered;
+                ((together + first + second).one_minus().at_least(0.0), None)
+            }
+        };
+        let share = share * if of_scratches { self.scratched } else { self.scratched.one_minus() };
+        share.gt(l.zero()).any().then_some(Part { share, flakes, of_scratches })
+    }
 }
 
 impl<L: Lanes> Part<L> {
-    /// Number `which` of the [`SURFACES`]; `None` where no lane has any of it.
-    #[inline(always)]
-    pub(super) fn new(l: L, material: &Material, planes: &SurfacePlanes, which: usize) -> Option<Self> {
-        let (of_flakes, of_scratches) = (which & 1 == 1, which & 2 == 2);
-        if (of_flakes && !has_flakes(material)) || (of_scratches && !has_scratches(material)) {
-            return None;
-        }
-        let (mut share, mut color) = (l.splat(1.0), Vec3::zero(l));
-        if has_flakes(material) {
-            let normal = get_vector(l, planes, layout::FLAKE_NORMAL);
-            let view = get_vector(l, planes, layout::VIEW);
-            let [covered] = get(l, planes, layout::FLAKE_SHARE);
-            let opacity;
-            (color, opacity) = reflectance(l, &material.lobes.flakes, normal.dot(view).saturate());
-            let covered = covered * opacity;
-            share = if of_flakes { covered } else { covered.one_minus() };
-        }
-        if has_scratches(material) {
-            let [scratched] = get(l, planes, layout::SCRATCH_SHARE);
-            share = share * if of_scratches { scratched } else { scratched.one_minus() };
-        }
-        share.gt(l.zero()).any().then_some(Self { share, of_flakes, of_scratches, color })
-    }
-
     /// Makes it of the surface.
     #[inline(always)]
     pub(super) fn apply(&self, l: L, planes: &SurfacePlanes, surface: &mut Surface<L>) {
-        if self.of_flakes {
-            as_flakes(l, surface, get_vector(l, planes, layout::FLAKE_NORMAL), self.color);
-            [surface.roughness] = get(l, planes, layout::FLAKE_ROUGHNESS);
+        if let Some((k, color)) = self.flakes {
+            as_flakes(l, surface, flake_normal(l, planes, k), color);
+            let [together, each] = get(l, planes, layout::FLAKE_ROUGHNESS);
+            if k == 0 {
+                surface.roughness = together;
+            } else {
+                (surface.roughness, surface.trapped_roughness) = (each, Some(together));
+            }
         }
         if self.of_scratches {
             surface.coat_normal = get_vector(l, planes, layout::SCRATCH_NORMAL);
             surface.coat_roughness = surface.coat_roughness.at_least(coat_surface::WALL_ROUGHNESS);
         }
     }
+}
+
+/// Unit normal of one of the surfaces of flakes: of all together that of the base.
+#[inline(always)]
+fn flake_normal<L: Lanes>(l: L, planes: &SurfacePlanes, k: usize) -> V3<L> {
+    get_vector(l, planes, [layout::NORMAL, layout::FLAKE_NORMAL, layout::NEXT_FLAKE_NORMAL][k])
 }
 
 /// Metal of a colour in place of the base, without what the base alone has.
@@ -233,24 +295,74 @@ fn as_flakes<L: Lanes>(l: L, surface: &mut Surface<L>, normal: V3<L>, color: V3<
     surface.lobes.subsurface = zero;
 }
 
-/// Reflectance of flakes at normal incidence as it looks at an angle, and how opaque they are: light that passes through a flake
-/// belongs to the base. Of what is not opaque the colour is that of what covers.
+/// Reflectance of flakes at normal incidence as it looks at an angle.
 ///
-/// The film lies between paint and flake: indices are those over that of the paint, its thickness counts in wavelengths there.
+/// A film lies between paint and flake: indices are those over that of the paint, its thickness counts in wavelengths there.
 #[inline(always)]
-fn reflectance<L: Lanes>(l: L, flakes: &Flakes, cosine: L::F) -> (V3<L>, L::F) {
-    let mut color = Vec3::splat(l, flakes.color);
-    if flakes.film_thickness > 0.0 {
-        // Air bends what the flake sees towards its normal.
-        let sine2 = cosine.squared().one_minus() * (1.0 / (PAINT_IOR * PAINT_IOR));
-        let film = ThinFilm {
-            ior: l.splat(flakes.film_ior / PAINT_IOR),
-            thickness: l.splat(flakes.film_thickness * PAINT_IOR),
-        };
-        let inside = sine2.one_minus().saturate().sqrt();
-        let [filmed, _] = eval_iridescence(l, SchlickWeight::Power, &film, inside, &[color, color]);
-        color = overcoat_core::vec3!(c in filmed => c.saturate());
+fn reflectance<L: Lanes>(l: L, flakes: &Flakes, cosine: L::F) -> V3<L> {
+    let color = Vec3::splat(l, flakes.color);
+    if flakes.film_thickness <= 0.0 {
+        return color;
     }
+    // Air bends what the flake sees towards its normal.
+    let sine2 = cosine.squared().one_minus() * (1.0 / (PAINT_IOR * PAINT_IOR));
+    let film = ThinFilm {
+        ior: l.splat(flakes.film_ior / PAINT_IOR),
+        thickness: l.splat(flakes.film_thickness * PAINT_IOR),
+    };
+    let inside = sine2.one_minus().saturate().sqrt();
+    let [filmed, _] = eval_iridescence(l, SchlickWeight::Power, &film, inside, &[color, color]);
+    overcoat_core::vec3!(c in filmed => c.saturate())
+}
+
+/// Mean of the reflectances of all flakes, seen at an angle to the base: a film looks different on each.
+#[inline(always)]
+fn mean_reflectance<L: Lanes>(l: L, flakes: &Flakes, cosine: L::F) -> V3<L> {
+    if flakes.film_thickness <= 0.0 {
+        return reflectance(l, flakes, cosine);
+    }
+    let sine = cosine.squared().one_minus().at_least(0.0).sqrt();
+    let mut sum = Vec3::zero(l);
+    for slope in flakes::slopes(flakes) {
+        for towards in [slope, -slope] {
+            // On both sides of the plane of view, at 45 degrees to it.
+            let tilted = (sine * (towards * FRAC_1_SQRT_2) + cosine) * (1.0 / (1.0 + slope * slope).sqrt());
+            sum += reflectance(l, flakes, tilted.abs().at_most(1.0));
+        }
+    }
+    sum * 0.25
+}
+
+/// Reflectance of single flakes of a normal and a colour that lie among others, so that in the mean they reflect what facets of rough
+/// metal do: `F D G2 / (4 N.V N.L)`, and the light that these send on to each other, by a factor of about 1 / (1 - F^2 (1 - E)).
+///
+/// A flake covers a part of the base wherever it is seen from, and has a share `D N.H` of all. What is left is that others hide it
+/// and its light, the more the steeper it lies, and that those which face the viewer cover more.
+#[inline(always)]
+fn among_others<L: Lanes>(l: L, planes: &SurfacePlanes, color: V3<L>, [normal, view]: [V3<L>; 2]) -> V3<L> {
+    let base = get_vector(l, planes, layout::NORMAL);
+    let [roughness, _] = get(l, planes, layout::FLAKE_ROUGHNESS);
+    let n_dot_v = base.dot(view).clamp_to(LEAST_COSINE, 1.0);
+    let v_dot_h = normal.dot(view).at_least(0.0);
+    let n_dot_h = base.dot(normal).at_least(LEAST_COSINE);
+    let n_dot_l = (n_dot_h * v_dot_h * 2.0 - n_dot_v).clamp_to(0.0, 1.0);
+    // Height-correlated masking and shadowing of GGX (Heitz 2014, equation 99).
+    let alpha2 = roughness.squared().squared();
+    let part = |x: L::F, y: L::F| x * (y.squared() * alpha2.one_minus() + alpha2).sqrt();
+    let both = part(n_dot_v, n_dot_l) + part(n_dot_l, n_dot_v);
+    let seen = n_dot_l * v_dot_h * 2.0 / (both * n_dot_h).at_least(1e-6);
+    let [_, once]: [L::F; 2] = tables::ggx_albedo().fetch_first(l, n_dot_v.sqrt(), roughness);
+    overcoat_core::vec3!(c in color => {
+        let masked = c * seen / (c.squared() * once.one_minus()).one_minus();
+        // What white flakes hide of each other they send on until it leaves.
+        masked.lerp(c, c.squared().squared().squared()).at_most(1.0)
+    })
+}
+
+/// A reflectance, and how opaque flakes of it are: light that passes through a flake belongs to the base. Of what is not opaque the
+/// colour is that of what covers.
+#[inline(always)]
+fn with_opacity<L: Lanes>(_: L, flakes: &Flakes, color: V3<L>) -> (V3<L>, L::F) {
     let most = color.max_component();
     let opacity = (most.one_minus() * flakes.transparency).one_minus();
     (color * opacity.at_least(1e-6).recip(), opacity)
