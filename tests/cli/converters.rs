@@ -196,7 +196,7 @@ fn a_converter_leaves_nothing_behind() {
     }
     for entry in [
         r#"command = ['sh', '-c', 'exec cat "$1" > "$2"', 'x', '{input}', '{output}']"#,
-        // What stays is ended, though it keeps the stream open.
+        // A process that stays is ended, though it keeps the stream open.
         "processes = true\nwall_seconds = 20\ncommand = ['sh', '-c', 'sleep 60 & exec cat \"$1\"', 'x', '{input}']",
         r#"command = ['sh', '-c', 'echo "warning: half of it" >&2; exec cat "$1"', 'x', '{input}']"#,
     ] {

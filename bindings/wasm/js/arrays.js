@@ -92,7 +92,7 @@ export function pictureBytes(name, { data, width, height }, limits) {
   const bytes = new Uint8Array(8 + 4 * pixels).fill(255);
   new DataView(bytes.buffer).setUint32(0, width, true);
   new DataView(bytes.buffer).setUint32(4, height, true);
-  // Of what is no number, 0.
+  // 0 for anything that is no number.
   const code = isFloat ? (v) => Math.floor(Math.min(Math.max(v || 0, 0), 1) * 255 + 0.5) : (v) => v;
   for (let k = 0; k < pixels; k++) {
     for (let c = 0; c < 3; c++) bytes[8 + 4 * k + c] = code(data[k * channels + (channels === 1 ? 0 : c)]);

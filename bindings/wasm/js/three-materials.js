@@ -93,7 +93,7 @@ export class Textures {
     const value = texture.type === HALF_FLOAT ? (k) => fromHalf(data[k]) : (k) => data[k];
     const isFloat = texture.type === HALF_FLOAT || data instanceof Float32Array;
     const code = isFloat ? (k) => Math.round(255 * clamp(value(k), 0, 1)) : (k) => data[k];
-    // What is said of the numbers, and what the slot takes them for.
+    // Colour space of the numbers, and the one that the slot takes them for.
     const isSrgb = texture.colorSpace === "srgb";
     const curve = isColor === isSrgb ? undefined : isColor ? TO_SRGB : TO_LINEAR;
     const exact = isFloat && curve === TO_SRGB ? (k) => Math.round(255 * toSrgb(clamp(value(k), 0, 1))) : (k) => (curve ? curve[code(k)] : code(k));
@@ -146,7 +146,7 @@ export function materialOf(material, { textures, warn, tint, hasMaps, isFlat }) 
   if (material.side === BACK) warn(`${name}: sides that are seen from behind alone are drawn from both`);
   if (material.side === BACK || isFlat) found.double_sided = true;
   if (material.alphaTest > 0) Object.assign(found, { alpha_mode: "mask", alpha_cutoff: material.alphaTest });
-  // What transmits is not blended: light goes through it.
+  // Materials that transmit are not blended: light goes through them.
   else if (material.transparent && !(material.transmission > 0)) found.alpha_mode = "blend";
   const isLit = material.isMeshStandardMaterial === true;
   if (isLit) standard(material, found);

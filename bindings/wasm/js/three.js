@@ -202,7 +202,7 @@ export async function fromThree(of, camera, { renderer, worker, limits, ...optio
   of.traverse((object) => object.isSkinnedMesh && object.skeleton?.update());
   let hasShadows = false;
   of.traverseVisible((object) => (hasShadows ||= object.isLight === true && object.castShadow === true));
-  // Where nothing throws shadows there, nothing blocks light here.
+  // Nothing blocks light here if nothing throws shadows there.
   const look = { ground: "none", quality: hasShadows ? "fast" : "draft", tone_mapping: TONES[renderer?.toneMapping ?? 0] };
   if (look.tone_mapping === undefined) {
     warn(`tone mapping ${renderer.toneMapping} of three.js is not known: it is drawn without`);

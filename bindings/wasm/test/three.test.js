@@ -6,7 +6,7 @@ import { GLTFExporter } from "three/addons/exporters/GLTFExporter.js";
 import { fromThree, render, threeCamera } from "../js/index.js";
 import { checkMatch, matchers } from "../js/golden.js";
 
-// What the exporter needs of browsers.
+// Parts of browsers that the exporter needs.
 globalThis.FileReader ??= class {
   readAsArrayBuffer(blob) {
     blob.arrayBuffer().then((buffer) => {

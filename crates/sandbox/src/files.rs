@@ -19,7 +19,7 @@ const MISSING: &str = "this kernel has no landlock, which Linux has from 5.13 on
 /// Restricts this thread and all that it starts.
 pub(super) fn restrict(grants: &Grants) -> Result<(), SandboxError> {
     let rules = ruleset()?;
-    // What may be replaced may be cut as well, by who has it open for writing.
+    // A file that may be replaced may be cut as well, by whoever has it open for writing.
     let write = AccessFs::WriteFile | AccessFs::Truncate;
     let make = write | AccessFs::MakeReg | AccessFs::MakeDir | AccessFs::RemoveFile;
     let rules = grant(rules, &grants.read_files, AccessFs::ReadFile.into())?;

@@ -44,7 +44,7 @@ pub fn load_with_format(
     let about = |failure: Failure| failure.at(&source.path);
     if let Some(conversion) = &source.conversion {
         let Converted { glb, warnings } = conversion.of(&source.path, limits).map_err(about)?;
-        // What it refers to is not looked for: the converter has seen one file.
+        // Files that it refers to are not looked for: the converter has seen one file.
         let context = Context { resolver: &NoResolver, limits, jobs };
         let loaded = load_bytes_with_format(&glb, Some(Format::Glb), &source.options, &context);
         let (mut loaded, format) =

@@ -109,7 +109,7 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
     tokio::spawn(signals(send));
     #[cfg(unix)]
     tokio::spawn(at_hangup(Arc::clone(&app)));
-    // Those that are under way at the end are in the spool for the next start.
+    // Jobs that are under way at the end are in the spool for the next start.
     let at_work = tokio::spawn(jobs::run(Arc::clone(&app)));
     // Until the last request has ended, so that its end can be watched.
     let watched = beside.map(|listener| tokio::spawn(listen::serve_watchers(Arc::clone(&app), listener)));

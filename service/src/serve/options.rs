@@ -184,7 +184,7 @@ impl Options {
             (None, _) => Ok(format.extension()),
             (Some(_), _) if !self.aovs.is_empty() => Err(wrong("aov: a turntable has none")),
             (Some(_), _) if self.is_gif => Ok(GIF),
-            // What a page accepts is not asked: every browser shows it.
+            // Accept is not asked: every browser shows it.
             (Some(_), None | Some(OutputFormat::WebP)) => Ok(OutputFormat::WebP.extension()),
             (Some(_), Some(OutputFormat::Png)) => Ok(OutputFormat::Png.extension()),
             (Some(_), Some(other)) => {

@@ -112,7 +112,7 @@ fn part(shared: &Options, chosen: &[(&str, Option<&str>)], rules: &Rules) -> Res
     let mut name = Vec::new();
     for (key, value) in chosen.iter().filter_map(|(key, value)| Some((key, (*value)?))) {
         options.set(key, value, rules)?;
-        // What is no letter, digit or dot may mean something to a file system.
+        // Characters other than letters, digits and dots may mean something to a file system.
         let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
         name.push(value.trim_start_matches('.').chars().map(plain).collect::<String>());
     }

@@ -38,7 +38,7 @@ pub struct Job {
     pub holder: Option<String>,
 }
 
-/// What became of it, beside the bytes of the picture or of the error.
+/// Outcome of a job, beside the bytes of the picture or of the error.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Status that the request would have been answered with.
@@ -105,7 +105,7 @@ impl Spool {
     /// Keeps a job. Returns its name once it is on the disk, `None` if there is no room for it.
     ///
     /// # Errors
-    /// Those of the disk.
+    /// Errors of the disk.
     pub fn add(&self, job: &Job, body: &[u8]) -> io::Result<Option<String>> {
         let name = self.name(body);
         {
@@ -150,7 +150,7 @@ impl Spool {
     /// A job and its body.
     ///
     /// # Errors
-    /// Those of the disk.
+    /// Errors of the disk.
     pub fn read(&self, name: &str) -> io::Result<(Job, Vec<u8>)> {
         let folder = self.root.join(name);
         Ok((read_json(&folder.join(JOB))?, fs::read(folder.join(BODY))?))
@@ -159,7 +159,7 @@ impl Spool {
     /// Keeps the result of a job, which is not done again then.
     ///
     /// # Errors
-    /// Those of the disk.
+    /// Errors of the disk.
     pub fn finish(&self, name: &str, outcome: &Outcome, result: &[u8]) -> io::Result<()> {
         let folder = self.root.join(name);
         write(&folder.join(RESULT), result)?;
@@ -172,7 +172,7 @@ impl Spool {
     /// The result of a job, if it is done.
     ///
     /// # Errors
-    /// Those of the disk.
+    /// Errors of the disk.
     pub fn result(&self, name: &str) -> io::Result<Option<(Outcome, Vec<u8>)>> {
         let folder = self.root.join(name);
         match read_json(&folder.join(OUTCOME)) {
@@ -236,7 +236,7 @@ mod tests {
         assert_eq!(spool.result(&first).unwrap(), None);
         spool.finish(&first, &done, b"PNG").unwrap();
         drop(spool);
-        // What was not whole is not there.
+        // Results that were not whole are not there.
         fs::create_dir(root.join("unfinished-x")).unwrap();
         fs::write(root.join("unfinished-x").join(JOB), "{}").unwrap();
         let spool = Spool::open(&root, 3, 100).unwrap();

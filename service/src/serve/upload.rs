@@ -149,7 +149,7 @@ async fn form(body: Bytes, boundary: String) -> Result<Upload, Problem> {
     let (_, name, media_type, model) = files.swap_remove(at);
     let mut beside = BTreeMap::new();
     for (_, name, _, bytes) in files {
-        // Which of them the model means cannot be known.
+        // The model may mean either of them.
         if let Some((name, _)) = beside.insert(name.clone(), bytes).map(|bytes| (name, bytes)) {
             return Err(Problem::new(
                 Kind::Options,

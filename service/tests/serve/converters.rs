@@ -23,7 +23,7 @@ fn files_of_registered_formats_are_drawn_for_clients() {
     let typed = service.request("POST", &format!("/render?{asked}"), &by_type, &cube);
     assert_eq!(typed.png(32, 32), own.png(32, 32));
     assert_eq!(service.post("/info?name=m.copy", &cube).json()["converter"], "copy");
-    // What a converter makes of a file is read like a stranger's.
+    // The output of a converter is read like a stranger's.
     let (kind, message) = service.post(&format!("/render?{asked}"), b"MAGIC! and no model").error(422);
     assert_eq!(kind, "model");
     assert!(message.contains("converter copy: it was to write GLB"), "{message}");

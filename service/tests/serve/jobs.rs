@@ -139,7 +139,7 @@ fn jobs_survive_a_killed_service() {
     service.signal("KILL");
     service.ended();
     assert!(received.try_recv().is_err());
-    // Those that were accepted are done by the next one; the dear one need not be.
+    // Jobs that were accepted are done by the next one; the dear one need not be.
     std::fs::remove_dir_all(folder.path().join(&ids[0])).unwrap();
     let service = taking(folder.path(), &allowed);
     let mut done = [next(&received), next(&received)].map(|sent| {

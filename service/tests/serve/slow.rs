@@ -93,7 +93,7 @@ fn one_address_has_so_many_connections() {
     service.wait_for("overcoat_connections_closed_total{reason=\"client\"}", (count - 8) as f64);
     assert_eq!(closed(&service, "client"), (count - 8) as f64);
     assert!(half[..8].iter_mut().all(is_open));
-    // Who has one less may have another, and one more is told why not.
+    // A client with one less may have another, and one more is told why not.
     drop(half);
     let mut again: Vec<TcpStream> = Vec::new();
     for _ in 0..200 {

@@ -215,7 +215,7 @@ mod system {
                 break;
             }
             if launch.processes && group.has_ended() {
-                // Those that it has left behind may keep its streams open.
+                // Processes that it has left behind may keep its streams open.
                 group.kill();
             }
             let is_full = |folder: &PathBuf| size_of(folder, 0) > launch.output_bytes;
@@ -269,7 +269,7 @@ mod system {
             match stream.read(&mut part).map_err(lost)? {
                 0 => child.stdout = None,
                 n => {
-                    // What is written where a file was asked for is chatter.
+                    // Output beside the file that was asked for is chatter.
                     let kept = if most == 0 { &[] } else { part.get(..n).unwrap_or_default() };
                     Limits::check_memory(|| "what a converter writes".to_owned(), kept.len() as u64)
                         .map_err(|e| Failure::limit(&e))?;

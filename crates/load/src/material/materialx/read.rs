@@ -228,7 +228,7 @@ impl<'a> Reader<'a, '_> {
         let Some(transmission) = transmission else { return base };
         let share = match self.signal(transmission.input, transmission.default) {
             Signal::Numbers(share) => share.first().copied().unwrap_or(0.0),
-            // Where the texture lets light through it is tinted.
+            // Light is tinted where the texture lets it through.
             _ => 1.0,
         };
         let [color, depth, thin] =

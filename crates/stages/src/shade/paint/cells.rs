@@ -190,7 +190,7 @@ pub(super) struct Level<L: Lanes> {
     pub(super) grid: L::I,
     /// 2^-grid.
     pub(super) inverse: L::F,
-    /// How far its cell is from giving way to one of another grid, 0 to 1: 1 for most.
+    /// Distance of its cell from giving way to one of another grid, 0 to 1: 1 for most.
     pub(super) sharp: L::F,
 }
 

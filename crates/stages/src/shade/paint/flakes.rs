@@ -90,8 +90,8 @@ pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) ->
 
 /// Number of flakes of which the mean varies as much as what a footprint shows, over the variance that cells keep; 1 or more.
 ///
-/// Of numbers that are independent from cell to cell, the mean over a square of width w on a plane that cuts the grid has the variance
-/// 1 / (1 + .45 w + 1.09 w^2) in the mean over all planes: fitted to what 40 planes have, within 5 percent for w up to 16.
+/// Cells that count as independent in a footprint: the mean of numbers that are independent from cell to cell, over a square of
+/// width w on a plane that cuts the grid, has the variance 1 / (1 + .45 w + 1.09 w^2) in the mean over all planes: fitted to what 40 planes have, within 5 percent for w up to 16.
 #[inline(always)]
 fn count<L: Lanes>(_: L, footprint: &Footprint<L>) -> L::F {
     let area = footprint.area;
@@ -125,7 +125,7 @@ pub(super) fn slope<L: Lanes>(l: L, flakes: &Flakes, across: V3<L>) -> L::F {
     let square = across.dot(across).clamp_to(1e-6, 18.0);
     let e = exp(l, square * 0.5) - 1.0;
     let stretched = e * ((e + 3.0) / (e + 3.0 / core));
-    // Of flakes that are nearly as rough as all together the few that lie far out would be of no such surface.
+    // Flakes that are nearly as rough as all together have none that lie far out.
     let kept = stretched.at_most(FAR / (c2 * c2).max(1e-6));
     (kept / square * ((1.0 - c2) * all)).sqrt()
 }
@@ -150,7 +150,7 @@ fn squares(flakes: &Flakes) -> [f32; 2] {
 /// Share of a cell of `count` places for flakes that they cover, where each has one with the probability `share`: of the mean and the variance
 /// that the binomial distribution has, and none as often as by that.
 ///
-/// Of more than half it is the share that is bare which is drawn. What is not none is evenly distributed, so that it changes steadily
+/// A share of more than half is drawn by the part that is bare. Counts that are not none are evenly distributed, so that it changes steadily
 /// with the count.
 #[inline(always)]
 fn present<L: Lanes>(l: L, share: f32, count: L::F, hash: Hash<L::I>) -> L::F {

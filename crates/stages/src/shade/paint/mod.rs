@@ -354,7 +354,7 @@ fn among_others<L: Lanes>(l: L, planes: &SurfacePlanes, color: V3<L>, [normal, v
     let [_, once]: [L::F; 2] = tables::ggx_albedo().fetch_first(l, n_dot_v.sqrt(), roughness);
     overcoat_core::vec3!(c in color => {
         let masked = c * seen / (c.squared() * once.one_minus()).one_minus();
-        // What white flakes hide of each other they send on until it leaves.
+        // White flakes send light that they hide from each other on until it leaves.
         masked.lerp(c, c.squared().squared().squared()).at_most(1.0)
     })
 }
