@@ -151,7 +151,12 @@ mod tests {
             let named = BTreeMap::from([(name.to_owned(), hash.to_owned())]);
             let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
             request.keys.insert("env".to_owned(), asked.into());
-            Keys::new(&Start::default(), &[]).with_environments(named).of("m", "m.glb", &[], &request)
+            Keys::new(&Start::default(), &[], String::new()).with_environments(named).of(
+                "m",
+                "m.glb",
+                &[],
+                &request,
+            )
         };
         assert_eq!(of("sky", "1", "sky"), of("sky", "1", "sky"));
         assert_ne!(of("sky", "1", "sky"), of("sky", "2", "sky"));
