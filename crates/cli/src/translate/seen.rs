@@ -9,7 +9,7 @@ use overcoat_description::{Description, Machine};
 use overcoat_golden::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, LinearImage, flip};
 use overcoat_load::{Loaded, MaterialFile};
 use overcoat_render::Renderer;
-use overcoat_scene::{Material, MaterialId, Scene, ShadingModel, Texture};
+use overcoat_scene::{Flakes, Material, MaterialId, Scene, ShadingModel, Texture};
 use serde::Serialize;
 
 /// Largest FLIP on a sphere of a translation that is written without `--force`: the sphere is nothing but the material.
@@ -118,6 +118,22 @@ pub(super) fn shade(scene: &mut Scene, model: impl Fn(usize) -> ShadingModel) ->
     Ok(())
 }
 
+/// Part of their size that flakes have on a sphere: its pixels are as wide as flakes may be, and the mean of many is compared.
+const FLAKES: f32 = 0.05;
+
+/// Makes flakes so small that none is seen by itself.
+fn shrink_flakes(scene: &mut Scene) -> Result<(), Failure> {
+    for (k, material) in scene.materials().to_vec().into_iter().enumerate() {
+        if material.lobes.flakes.share > 0.0 {
+            let small = (material.lobes.flakes.size * FLAKES).max(Flakes::LEAST_SIZE);
+            let material = material.with(|m| m.lobes.flakes.size = small);
+            let id = MaterialId::from_index(k as u32);
+            scene.replace_material(id, material).map_err(|e| Failure::scene(&e))?;
+        }
+    }
+    Ok(())
+}
+
 /// FLIP between two spheres.
 pub(super) fn between_spheres(
     scenes: [Scene; 2],
@@ -125,7 +141,11 @@ pub(super) fn between_spheres(
     limits: &Limits,
 ) -> Result<f64, Failure> {
     let description = ball::description([SIDE; 2]);
-    let [a, b] = scenes.map(Loaded::from);
+    let [mut a, mut b] = scenes;
+    for scene in [&mut a, &mut b] {
+        shrink_flakes(scene)?;
+    }
+    let [a, b] = [a, b].map(Loaded::from);
     let pictures = [a, b].map(|loaded| picture(loaded, &description, renderer, limits));
     let [a, b] = pictures;
     Ok(difference(&a?, &b?).unwrap_or(0.0))

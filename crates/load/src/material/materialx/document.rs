@@ -44,7 +44,7 @@ impl Element {
         around: &Self,
         count: &mut usize,
     ) -> Result<Self, LoadError> {
-        *count += 1;
+        *count = count.saturating_add(1);
         if *count > MOST_ELEMENTS {
             return Err(xml.error(format!("more than {MOST_ELEMENTS} elements")));
         }

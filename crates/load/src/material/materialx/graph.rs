@@ -54,13 +54,13 @@ impl<'a> Graph<'a> {
 
     /// Calls `f` one level deeper; `None` beyond the limits, as in a circle.
     pub(super) fn visit<T>(&mut self, f: impl FnOnce(&mut Self) -> T) -> Option<T> {
-        self.visits += 1;
+        self.visits = self.visits.saturating_add(1);
         if self.depth >= DEEPEST || self.visits > MOST_VISITS {
             return None;
         }
-        self.depth += 1;
+        self.depth = self.depth.saturating_add(1);
         let value = f(self);
-        self.depth -= 1;
+        self.depth = self.depth.saturating_sub(1);
         Some(value)
     }
 
@@ -258,8 +258,7 @@ impl<'a> Graph<'a> {
             | [Signal::Numbers(numbers), Signal::Picture(mut picture)]
                 if category == "multiply" =>
             {
-                let by = triple(&numbers);
-                picture.factor = std::array::from_fn(|k| picture.factor[k] * by[k]);
+                picture.factor = color_of(picture.factor, triple(&numbers), |a, b| a * b);
                 Signal::Picture(picture)
             }
             [Signal::Picture(picture), other] | [other, Signal::Picture(picture)] => {
@@ -328,10 +327,17 @@ pub(super) fn triple(numbers: &[f32]) -> [f32; 3] {
     }
 }
 
+/// Two colours, channel by channel.
+pub(super) fn color_of([r, g, b]: [f32; 3], [x, y, z]: [f32; 3], f: impl Fn(f32, f32) -> f32) -> [f32; 3] {
+    [f(r, x), f(g, y), f(b, z)]
+}
+
 /// Channel by channel, one number standing for all.
 fn by_channel(a: &[f32], b: &[f32], f: impl Fn(f32, f32) -> f32) -> Vec<f32> {
-    let of =
-        |list: &[f32], k: usize| if list.len() == 1 { list[0] } else { list.get(k).copied().unwrap_or(0.0) };
+    let of = |list: &[f32], k: usize| match list {
+        [one] => *one,
+        list => list.get(k).copied().unwrap_or(0.0),
+    };
     let value = |k| f(of(a, k), of(b, k));
     (0..a.len().max(b.len())).map(|k| if value(k).is_finite() { value(k) } else { 0.0 }).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::super::keys::{Key, Kind};
 use super::document::Element;
-use super::graph::{Graph, Picture, Scope, Signal, triple};
+use super::graph::{Graph, Picture, Scope, Signal, color_of, triple};
 use super::shaders::{Row, SHADERS, Shader};
 use overcoat_scene::parameters::{Holds, Kind as Of, Range};
 use overcoat_scene::{Material, Wrap};
@@ -63,7 +63,7 @@ pub(super) fn read(document: &Element, readable: Readable<'_>) -> Result<Transla
         .collect();
     if !others.is_empty() {
         let more = if others.len() > 8 { ", ..." } else { "" };
-        let listed = others[..others.len().min(8)].join(", ");
+        let listed = others.iter().take(8).copied().collect::<Vec<_>>().join(", ");
         reader
             .notes
             .push(format!("{} is drawn; the file has further materials: {listed}{more}", material.name()));
@@ -231,16 +231,16 @@ impl<'a> Reader<'a, '_> {
             // Light is tinted where the texture lets it through.
             _ => 1.0,
         };
-        let [color, depth, thin] =
-            [self.numbers(color, &[1.0; 3]), vec![self.number(depth, 0.0)], vec![self.number(thin, 0.0)]];
+        let color = self.numbers(color, &[1.0; 3]);
+        let (depth, thin) = (self.number(depth, 0.0), self.number(thin, 0.0));
         if share <= 0.0 {
             return base;
         }
-        if depth[0] > 0.0 {
+        if depth > 0.0 {
             self.put("attenuation_color", &list(triple(&color).map(|c| c.clamp(0.0, 1.0))));
-            self.put("attenuation_distance", &number(depth[0].clamp(1e-6, 1e9)));
+            self.put("attenuation_distance", &number(depth.clamp(1e-6, 1e9)));
             // No file says how thick the body is: light crosses the depth once.
-            let thickness = if thin[0] > 0.0 { 0.0 } else { depth[0].clamp(0.0, 1e4) };
+            let thickness = if thin > 0.0 { 0.0 } else { depth.clamp(0.0, 1e4) };
             self.put("thickness", &number(thickness));
             return mixed(base, Signal::Numbers(vec![1.0; 3]), share);
         }
@@ -359,9 +359,14 @@ impl<'a> Reader<'a, '_> {
                     }))
             )
         );
-        let channel = usize::from(picture.channel.unwrap_or(0));
         if takes_channel {
-            set("channel", toml::Value::from(["r", "g", "b", "a"][channel.min(3)]));
+            let channel = match picture.channel {
+                None | Some(0) => "r",
+                Some(1) => "g",
+                Some(2) => "b",
+                Some(_) => "a",
+            };
+            set("channel", toml::Value::from(channel));
         }
         let placed = picture.coordinates.map(|coordinates| (coordinates.set, coordinates.transform.placed()));
         if let Some((set_number, Some(placed))) = placed {
@@ -446,11 +451,10 @@ impl<'a> Reader<'a, '_> {
             Signal::Lost(_) => 1.0,
         };
         // UsdPreviewSurface 2.6, opacityMode "transparent": reflections stay, the rest lets light through.
-        if self.shader.category == "UsdPreviewSurface" && cutoff.is_none() && alpha < 1.0 {
-            if self.number("opacityMode", 0.0) == 0.0 && matches!(signal, Signal::Numbers(_)) {
-                self.put("transmission", &number((1.0 - alpha).clamp(0.0, 1.0)));
-                return self.base(&Signal::Numbers(vec![1.0; 3]), 1.0);
-            }
+        let is_clear = self.shader.category == "UsdPreviewSurface" && matches!(signal, Signal::Numbers(_));
+        if is_clear && cutoff.is_none() && alpha < 1.0 && self.number("opacityMode", 0.0) == 0.0 {
+            self.put("transmission", &number((1.0 - alpha).clamp(0.0, 1.0)));
+            return self.base(&Signal::Numbers(vec![1.0; 3]), 1.0);
         }
         self.base(color, alpha.clamp(0.0, 1.0));
         if let Some(cutoff) = cutoff {
@@ -528,8 +532,8 @@ impl<'a> Reader<'a, '_> {
 fn mixed(base: Signal, color: Signal, share: f32) -> Signal {
     match (base, color) {
         (Signal::Numbers(a), Signal::Numbers(b)) => {
-            let (a, b) = (triple(&a), triple(&b));
-            Signal::Numbers((0..3).map(|k| a[k] + (b[k] - a[k]) * share.clamp(0.0, 1.0)).collect())
+            let share = share.clamp(0.0, 1.0);
+            Signal::Numbers(color_of(triple(&a), triple(&b), |a, b| a + (b - a) * share).to_vec())
         }
         (base, color) => {
             if share > 0.5 {
