@@ -1,7 +1,7 @@
 //! Programs that turn files of other formats into GLB: a door for what no reader here draws.
 //!
 //! Only the operator registers them ([`config`]); no model, no folder of models and no request can. A converter is run without a
-//! shell, in a sandbox that shows it one file ([`launch`]), within bounds ([`run`]), and what it writes is read like any GLB of a
+//! shell, in a sandbox that shows it one file ([`launch`]), within bounds (`run.rs`), and what it writes is read like any GLB of a
 //! stranger. The process that draws never parses the original.
 
 pub mod config;
