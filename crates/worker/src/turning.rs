@@ -165,15 +165,19 @@ mod tests {
     use super::*;
     use overcoat_scene::Projection;
 
-    #[test]
-    fn the_camera_keeps_its_distance() {
-        let camera = Camera::new(
+    fn camera() -> Camera {
+        Camera::new(
             [3.0, 2.0, 5.0],
             [1.0, 0.5, 0.0],
             [0.0, 1.0, 0.0],
             Projection::Perspective { fov_y: 0.5 },
             0.1,
-        );
+        )
+    }
+
+    #[test]
+    fn the_camera_keeps_its_distance() {
+        let camera = camera();
         let quarter = orbit(&camera, [1.0, 0.0, 1.0], std::f64::consts::FRAC_PI_2);
         assert_eq!(quarter.eye, [5.0, 2.0, -1.0]);
         assert_eq!(orbit(&camera, [1.0, 0.0, 1.0], 0.0), camera);
@@ -183,13 +187,7 @@ mod tests {
     fn models_turn_as_cameras_do() {
         let center = [1.0, 7.0, 1.0];
         let by = turned(center, 1.1).unwrap();
-        let camera = Camera::new(
-            [3.0, 2.0, 5.0],
-            [1.0, 0.5, 0.0],
-            [0.0, 1.0, 0.0],
-            Projection::Perspective { fov_y: 0.5 },
-            0.1,
-        );
+        let camera = camera();
         let moved = by.point(camera.eye.map(f64::from));
         let eye = orbit(&camera, center, 1.1).eye;
         assert!(moved.iter().zip(eye).all(|(a, b)| (a - f64::from(b)).abs() < 1e-5), "{moved:?} {eye:?}");
