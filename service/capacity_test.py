@@ -159,7 +159,7 @@ def main():
             wrong += more
     finally:
         service.stop()
-    told['fairness'] = [fairness(program, seconds), fairness(program, seconds, '--client-workers', '1')]
+    told['fairness'] = [fairness(program, seconds, *more) for more in ((), ('--client-workers', '1'), ('--spare-workers', '0'))]
     told['wrong'] = wrong[:20]
     print(json.dumps(told, indent=1))
     sys.exit(1 if wrong else 0)

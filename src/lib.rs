@@ -169,10 +169,10 @@ pub mod load {
     #[doc(inline)]
     pub use overcoat_load::{
         AnimatedModel, AnimationChoice, AnimationInfo, Context, DirectoryResolver, ENVIRONMENT_FORMATS,
-        Format, LoadError, LoadOptions, Loaded, LoadedEnvironment, MemoryResolver, NoResolver, Plate,
-        ResolveError, Resolver, TEXTURE_FORMATS, TextureLoading, Warning, add_smooth_normals, add_tangents,
-        environment, load_bytes, load_bytes_with, load_environment, load_environment_file, load_file,
-        load_file_with, model, model_from_memory,
+        Format, LoadError, LoadOptions, Loaded, LoadedEnvironment, MemoryResolver, NamedEnvironment,
+        NoResolver, Plate, ResolveError, Resolver, TEXTURE_FORMATS, TextureLoading, Warning,
+        add_smooth_normals, add_tangents, environment, load_bytes, load_bytes_with, load_environment,
+        load_environment_file, load_file, load_file_with, model, model_from_memory,
     };
     #[cfg(feature = "description")]
     #[doc(inline)]

@@ -440,8 +440,8 @@ fn json_has_what_it_promises() {
     assert_eq!(report["threads"], 2);
     assert_eq!(report["triangles"], 2);
     assert_eq!(report["shading"], "standard");
-    // The defaults, and what else may be asked for.
-    assert_eq!(report["visibility"], json!({"maps": 64, "map_size": 128, "rays": 0}));
+    // The defaults of a small picture, and what else may be asked for.
+    assert_eq!(report["visibility"], json!({"maps": 48, "map_size": 96, "rays": 0}));
     assert_eq!(report["ground"], "shadow");
     let other = |options: &[&str]| -> Value {
         let output = overcoat(folder.path(), &[&args[..9], options].concat());

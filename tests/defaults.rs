@@ -139,7 +139,8 @@ fn models_are_hardly_smaller_over_their_shadow() {
 fn what_is_asked_for_counts() {
     let options = |text: &str| picture(text, None).options;
     assert_eq!(options("quality = 'draft'\nground = 'shadow'").ground, Ground::Shadow);
-    assert_eq!(options("ground = 'none'").visibility, Quality::Fast.visibility());
+    let bare = options("ground = 'none'");
+    assert_eq!(bare.visibility, Quality::Fast.visibility_of([bare.width, bare.height]));
     assert_eq!(options("quality = 'best'").ground, Ground::Shadow);
     assert_eq!(options("ground = 'white'\nmaps = 0").ground, Ground::Color([255; 3]));
 }

@@ -161,6 +161,31 @@ fn usd() -> Vec<u8> {
     .into_bytes()
 }
 
+/// Coordinates and faces as VRML and X3D have them.
+fn nodes() -> (String, String) {
+    let points: Vec<String> = VERTICES.iter().map(|[x, y, z]| format!("{x} {y} {z}")).collect();
+    let faces: Vec<String> = TRIANGLES.iter().map(|[a, b, c]| format!("{a} {b} {c} -1")).collect();
+    (points.join(", "), faces.join(" "))
+}
+
+fn vrml() -> Vec<u8> {
+    let (points, faces) = nodes();
+    format!(
+        "#VRML V2.0 utf8\nShape {{ geometry IndexedFaceSet {{ creaseAngle 0.6981317 coord Coordinate {{ point [ {points} ] }}\n\
+         coordIndex [ {faces} ] }} }}\n"
+    )
+    .into_bytes()
+}
+
+fn x3d() -> Vec<u8> {
+    let (points, faces) = nodes();
+    format!(
+        "<?xml version=\"1.0\"?><X3D><Scene><Shape><IndexedFaceSet creaseAngle=\"0.6981317\" coordIndex=\"{faces}\">\
+         <Coordinate point=\"{points}\"/></IndexedFaceSet></Shape></Scene></X3D>\n"
+    )
+    .into_bytes()
+}
+
 /// The model part of a 3MF file.
 fn threemf_model() -> String {
     let mut text = "<?xml version=\"1.0\"?>\n<model unit=\"inch\" \
@@ -237,6 +262,8 @@ fn one_shape_is_the_same_in_every_format() {
         (fbx(), Format::Fbx),
         (usd(), Format::Usd),
         (amf(), Format::Amf),
+        (vrml(), Format::Vrml),
+        (x3d(), Format::X3d),
     ] {
         assert_eq!(Format::detect(&bytes), Some(format));
         let loaded = load(&bytes, format).unwrap();
@@ -322,6 +349,8 @@ fn seeds() -> Vec<(Vec<u8>, Option<Format>)> {
         (off(), Some(Format::Off)),
         (collada(), Some(Format::Collada)),
         (amf(), Some(Format::Amf)),
+        (vrml(), Some(Format::Vrml)),
+        (x3d(), Some(Format::X3d)),
         (fbx(), Some(Format::Fbx)),
         (usd(), Some(Format::Usd)),
         (hdr(), None),

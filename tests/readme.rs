@@ -195,7 +195,7 @@ fn examples_of_the_manual_and_of_help_are_accepted() {
         }
         let lab = arguments[0] == "lab";
         // The number of samples does not matter here; and outputs of the lab have no folder.
-        let few = if lab { &["--samples", "256"][..] } else { &[] };
+        let few = if lab && !arguments.contains(&"--paint") { &["--samples", "256"][..] } else { &[] };
         let arguments: Vec<&str> = match arguments.iter().position(|argument| *argument == "--samples") {
             Some(k) if lab => [&arguments[..k], few, &arguments[k + 2..]].concat(),
             _ => [&arguments[..], few].concat(),

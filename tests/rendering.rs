@@ -4,6 +4,7 @@
 
 mod area_lights;
 mod by_need;
+mod clear_rays;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 mod data_sets;

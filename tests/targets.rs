@@ -5,10 +5,12 @@ use overcoat::description::Machine;
 use overcoat::frame::{Aov, DisplayImage, Frame, Meter, PixelFormat, Target};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
-use overcoat::render::{Cancellation, Quality, RenderError, RenderOptions, Renderer};
+use overcoat::render::{Cancellation, Ground, Quality, RenderError, RenderOptions, Renderer};
 use overcoat::scene::{
-    AlphaMode, Camera, Instance, Material, MaterialId, PrimitiveKind, Scene, Transform, primitives,
+    AlphaMode, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material,
+    MaterialId, PrimitiveKind, Scene, Transform, primitives,
 };
+use std::sync::Arc;
 
 /// Scenes that take every way through the passes: blended, masked, refracting, tinting, floor, mirror, splats, points, lines,
 /// a metered exposure, the environment behind.
@@ -322,5 +324,44 @@ fn a_picture_that_was_stopped_leaves_nothing_behind() {
             let after = renderer.render(scene, camera, &options).unwrap();
             assert_eq!(after.frame.frame_hash(), whole.frame.frame_hash(), "{name}, after part {part}");
         }
+    }
+}
+
+/// A scene whose first picture takes every stage that can be stopped: an environment to filter, depth maps of it and of a lamp,
+/// tinted glass, rays, a floor.
+fn scene_of_many_stages() -> (Scene, Camera, RenderOptions) {
+    let (mut scene, camera, _) = two_cubes();
+    let sky = (0..128 * 64).map(|k| [(k % 7) as f32, 1.0, 0.5]).collect();
+    let source = EnvironmentSource::Image(Arc::new(EquirectImage::new(128, 64, sky).unwrap()));
+    scene.set_environment(Environment::default().with(|e| e.source = source)).unwrap();
+    scene.add_light(Light::new(LightKind::Point { position: [0.0, 3.0, 1.0], range: None })).unwrap();
+    let options = RenderOptions::new(96, 64).with_quality(Quality::Good).with_ground(Ground::Shadow);
+    (scene, camera, options)
+}
+
+#[test]
+fn a_picture_that_is_stopped_midway_leaves_nothing_behind() {
+    let (scene, camera, options) = scene_of_many_stages();
+    let mut first = Renderer::new(2);
+    let start = std::time::Instant::now();
+    let expected = first.render(&scene, &camera, &options).unwrap().frame;
+    let whole = start.elapsed();
+    for part in 0..32 {
+        let mut renderer = Renderer::new(2);
+        let cancellation = Cancellation::new();
+        renderer.cancel_by(Some(cancellation.clone()));
+        let drawn = std::thread::scope(|threads| {
+            threads.spawn(|| {
+                std::thread::sleep(whole * part / 32);
+                cancellation.cancel();
+            });
+            renderer.render(&scene, &camera, &options)
+        });
+        match drawn {
+            Ok(drawn) => assert_eq!(drawn.frame, expected),
+            Err(error) => assert_eq!(error, RenderError::Cancelled),
+        }
+        renderer.cancel_by(None);
+        assert_eq!(renderer.render(&scene, &camera, &options).unwrap().frame, expected, "stopped at {part}");
     }
 }

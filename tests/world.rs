@@ -464,7 +464,7 @@ fn pictures_become_better_until_nothing_is_better_and_begin_again_after_a_change
     let mut small = vec![0; 4 * 40 * 30];
     let mut target = Target::new(&mut small, 160, PixelFormat::Rgba8);
     let drawn = viewport.refine(&loaded.scene, &orbit.camera(), &mut target).unwrap().unwrap();
-    assert_eq!(drawn.level, Level { quality: Quality::Draft, samples: 8 });
+    assert_eq!(drawn.level, Level { quality: Quality::Draft, samples: 8, scale: 1 });
     // A cancelled picture is drawn again.
     let cancellation = Cancellation::new();
     viewport.renderer().cancel_by(Some(cancellation.clone()));
@@ -493,18 +493,64 @@ fn a_budget_is_kept_by_counts_and_says_how() {
                 let mut target = Target::new(&mut buffer, 4 * SIZE.0 as usize, PixelFormat::Rgba8);
                 let drawn = viewport.draw(&scene, &orbit.camera(), &mut target).unwrap();
                 let level = drawn.level;
-                assert!(buffer == draw(&scene, &orbit.camera(), level.quality, level.samples));
+                if level.scale == 1 {
+                    assert!(buffer == draw(&scene, &orbit.camera(), level.quality, level.samples));
+                }
                 level
             })
             .collect::<Vec<Level>>()
     };
-    let (best, least) =
-        (Level { quality: Quality::Good, samples: 8 }, Level { quality: Quality::Draft, samples: 1 });
+    let (best, least) = (
+        Level { quality: Quality::Good, samples: 8, scale: 1 },
+        Level { quality: Quality::Draft, samples: 4, scale: 4 },
+    );
     assert_eq!(levels(u64::MAX), [best; 6]);
     assert_eq!(levels(1), [least; 6]);
     let some = levels(6_000_000);
     assert!(some.iter().any(|level| *level != best && *level != least), "{some:?}");
     assert_eq!(levels(6_000_000), some, "again");
+}
+
+/// A picture of fewer pixels shows the same at the same place, and is refined to the picture of all pixels.
+#[test]
+fn pictures_of_fewer_pixels_are_alike_and_refined() {
+    let scene = model("sports-car.glb").scene;
+    let orbit = Orbit::around(&scene, SIZE.0 as f32 / SIZE.1 as f32);
+    let (width, height) = (4 * SIZE.0, 4 * SIZE.1);
+    let mut viewport = viewport(Quality::Draft);
+    viewport.resize(width, height);
+    let stride = 4 * width as usize;
+    let mut whole = vec![0; stride * height as usize];
+    // A straight colour of a pixel that is hardly covered says nothing of what is seen.
+    let format = PixelFormat::Rgba8Premultiplied;
+    let mut target = Target::new(&mut whole, stride, format);
+    assert_eq!(viewport.draw(&scene, &orbit.camera(), &mut target).unwrap().level.scale, 1);
+    viewport.set_budget(Some(FrameBudget::Work(1)));
+    let mut coarse = vec![0; stride * height as usize];
+    let mut target = Target::new(&mut coarse, stride, format);
+    let drawn = viewport.draw(&scene, &orbit.camera(), &mut target).unwrap();
+    assert_eq!((drawn.level.scale, drawn.is_final), (4, false));
+    // Three quarters of the pixels and more are within a sixteenth; none of the object is missing.
+    let near = whole.chunks(4).zip(coarse.chunks(4));
+    let near = near.filter(|(a, b)| a.iter().zip(*b).all(|(a, b)| a.abs_diff(*b) <= 16)).count();
+    assert!(near * 100 > 75 * (width * height) as usize, "{near} of {}", width * height);
+    let mean = |bytes: &[u8]| bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64;
+    assert!((mean(&whole) - mean(&coarse)).abs() < 1.0, "{} {}", mean(&whole), mean(&coarse));
+    // A part of a picture, and linear light, have all pixels.
+    let mut part = vec![0; 4 * 16];
+    let mut target = Target::new(&mut part, 16, format).with_region(30, 20, 4, 4);
+    assert_eq!(viewport.draw(&scene, &orbit.camera(), &mut target).unwrap().level.scale, 1);
+    let mut target = Target::new(&mut coarse, stride, format);
+    viewport.draw(&scene, &orbit.camera(), &mut target).unwrap();
+    let refined = viewport.refine(&scene, &orbit.camera(), &mut target).unwrap().unwrap();
+    assert!(refined.is_final && refined.level.scale == 1);
+    assert!(coarse == whole);
+    assert!(
+        viewport
+            .refine(&scene, &orbit.camera(), &mut Target::new(&mut coarse, stride, format))
+            .unwrap()
+            .is_none()
+    );
 }
 
 /// Positions are those of the file, wherever its zero is and whatever is up in it.

@@ -57,8 +57,9 @@ gcc -std=gnu11 "${strict[@]}" -fsanitize=address,undefined "$here/tests/interfac
 env -u LD_LIBRARY_PATH "$work/sanitized" "$model" "$hash"
 gcc -std=gnu11 "${strict[@]}" -fsanitize=address,undefined "$here/tests/parameters.c" -o "$work/sanitized-parameters" "${static[@]}" -lm
 env -u LD_LIBRARY_PATH "$work/sanitized-parameters"
+# Fair: the thread that stops a picture has its turns beside those that draw it.
 echo '== C, valgrind'
-valgrind -q --error-exitcode=9 --suppressions="$here/tests/valgrind.supp" --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
+valgrind -q --fair-sched=try --error-exitcode=9 --suppressions="$here/tests/valgrind.supp" --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
     "$work/shared" "$model" "$hash"
 
 echo '== a program of an older header'
@@ -95,6 +96,14 @@ gcc -std=c11 "${strict[@]}" "$here/examples/depth.c" -o "$work/depth" "${shared[
 # The linear picture of the command, in every bit.
 "$target/release/overcoat" render "$model" --size 160x120 --ground none -o "$work/expected.exr" -q
 "$target/release/overcoat" golden check "$work/depth.exr" "$work/expected.exr"
+# There is no GPU here, or one: either draws, and the processor draws the picture of the command.
+gcc -std=c11 "${strict[@]}" "$here/examples/fallback.c" -o "$work/fallback" "${shared[@]}" -ldl
+"$work/fallback" "$model" "$work/fallback.png" 2>"$work/error" | grep -q '^drawn by the \(gpu\|processor\)$'
+"$work/fallback" "$model" "$work/fallback.png" processor | grep -q '^drawn by the processor$'
+"$target/release/overcoat" render "$model" --size 640x360 -o "$work/expected.png" -q
+cmp "$work/fallback.png" "$work/expected.png"
+if "$work/fallback" /nowhere.glb "$work/none.png" processor 2>"$work/error"; then exit 1; fi
+grep -q '^processor: /nowhere.glb: cannot be read' "$work/error"
 # The listing of README.md.
 awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on' "$here/README.md" >"$work/listing.c"
 gcc -std=c11 "${strict[@]}" "$work/listing.c" -o "$work/listing" "${shared[@]}"

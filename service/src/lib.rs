@@ -17,3 +17,4 @@ pub mod pool;
 // As are those of the service.
 #[allow(missing_docs, rustdoc::bare_urls, rustdoc::broken_intra_doc_links)]
 pub mod serve;
+mod status_page;

@@ -10,6 +10,7 @@ use overcoat_worker::protocol::Missing;
 use std::fmt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
+use std::time::SystemTime;
 use url::Url;
 
 /// Place of models or pictures.
@@ -34,6 +35,15 @@ impl fmt::Display for Place {
             Self::Store(_, _, url) => write!(f, "{url}"),
         }
     }
+}
+
+/// A file below a place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Listed {
+    /// Path below the place.
+    pub name: String,
+    /// Time of its last change, where it is told.
+    pub modified: Option<SystemTime>,
 }
 
 /// True if a text is meant as a URL and not as a path.
@@ -68,11 +78,11 @@ impl Place {
         Ok(Self::Store(store.into(), prefix, url))
     }
 
-    /// The names of all files below it, in order.
+    /// All files below it, in the order of their names.
     ///
     /// # Errors
     /// One line.
-    pub async fn list(&self) -> Result<Vec<String>, String> {
+    pub async fn list(&self) -> Result<Vec<Listed>, String> {
         match self {
             Self::Folder(root) => {
                 let root = root.clone();
@@ -86,9 +96,13 @@ impl Place {
                     let parts = location.prefix_match(prefix)?;
                     Some(parts.map(|part| part.as_ref().to_owned()).collect::<Vec<_>>().join("/"))
                 };
-                let mut names: Vec<String> = metas.iter().filter_map(|meta| below(&meta.location)).collect();
-                names.sort();
-                Ok(names)
+                let listed = |meta: &object_store::ObjectMeta| {
+                    let name = below(&meta.location)?;
+                    Some(Listed { name, modified: Some(meta.last_modified.into()) })
+                };
+                let mut files: Vec<Listed> = metas.iter().filter_map(listed).collect();
+                files.sort_by(|a, b| a.name.cmp(&b.name));
+                Ok(files)
             }
         }
     }
@@ -120,6 +134,16 @@ impl Place {
             }
             Self::Store(store, prefix, _) => {
                 store.head(&object_at(prefix, name)?).await.ok().map(|meta| meta.size)
+            }
+        }
+    }
+
+    /// Time of the last change of a file below it, where it is told.
+    pub async fn modified(&self, name: &str) -> Option<SystemTime> {
+        match self {
+            Self::Folder(root) => tokio::fs::metadata(root.join(name)).await.ok()?.modified().ok(),
+            Self::Store(store, prefix, _) => {
+                Some(store.head(&object_at(prefix, name)?).await.ok()?.last_modified.into())
             }
         }
     }
@@ -199,8 +223,8 @@ async fn read_object(store: &dyn ObjectStore, location: &ObjectPath, limit: u64)
 }
 
 /// Names of a folder's files, in order. Links to folders are not followed.
-fn list_folder(root: &Path) -> Result<Vec<String>, String> {
-    let mut names = Vec::new();
+fn list_folder(root: &Path) -> Result<Vec<Listed>, String> {
+    let mut files = Vec::new();
     let mut folders = vec![root.to_owned()];
     while let Some(folder) = folders.pop() {
         let about = |e: std::io::Error| format!("{}: {e}", folder.display());
@@ -209,7 +233,8 @@ fn list_folder(root: &Path) -> Result<Vec<String>, String> {
             let (path, kind) = (entry.path(), entry.file_type().map_err(about)?);
             if kind.is_dir() {
                 folders.push(path);
-            } else if path.is_file()
+            } else if let Ok(metadata) = path.metadata()
+                && metadata.is_file()
                 && let Ok(below) = path.strip_prefix(root)
             {
                 let parts = below.components().filter_map(|part| match part {
@@ -218,12 +243,12 @@ fn list_folder(root: &Path) -> Result<Vec<String>, String> {
                 });
                 let parts: Vec<&str> = parts.collect();
                 // A name that is no text is met as one that does not exist.
-                names.push(parts.join("/"));
+                files.push(Listed { name: parts.join("/"), modified: metadata.modified().ok() });
             }
         }
     }
-    names.sort();
-    Ok(names)
+    files.sort_by(|a: &Listed, b| a.name.cmp(&b.name));
+    Ok(files)
 }
 
 fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, Missing> {
@@ -353,7 +378,8 @@ mod tests {
         let place = Place::new(folder.path().to_str().unwrap()).unwrap();
         place.write("b/c.png", Bytes::from_static(b"123"), "image/png").await.unwrap();
         place.write("a.png", Bytes::from_static(b"1"), "image/png").await.unwrap();
-        assert_eq!(place.list().await.unwrap(), ["a.png", "b/c.png"]);
+        let names: Vec<String> = place.list().await.unwrap().into_iter().map(|file| file.name).collect();
+        assert_eq!(names, ["a.png", "b/c.png"]);
         assert_eq!(place.size("b/c.png").await, Some(3));
         assert_eq!(place.size("b").await, None);
         assert_eq!(&place.read("b/c.png", 3).await.unwrap()[..], b"123");

@@ -98,6 +98,69 @@ fn a_folder_becomes_pictures_and_a_report() {
     }
 }
 
+#[test]
+fn a_catalogue_has_a_row_for_each_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (from, to) = (folder.path().join("models"), folder.path().join("pictures"));
+    models(&from);
+    let [from, to] = [&from, &to].map(|path| path.to_str().unwrap());
+    let catalogue = |name: &str| folder.path().join(name);
+    let run = |name: &str, more: &[&str]| {
+        let path = catalogue(name);
+        batch(&[&[from, "-o", to, "--catalogue", path.to_str().unwrap(), "--allow-failures"], more].concat())
+    };
+    let output = run("all.csv", &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    let rows = |name: &str| {
+        let mut reader = csv::Reader::from_path(catalogue(name)).unwrap();
+        let rows = reader.deserialize().map(Result::unwrap);
+        rows.map(|row: BTreeMap<String, String>| (row["out"].clone(), row)).collect::<BTreeMap<_, _>>()
+    };
+    let all = rows("all.csv");
+    assert_eq!(all.len(), 7);
+    let cube = &all["a/cube.glb.png"];
+    assert_eq!((cube["width"].as_str(), cube["triangles"].as_str()), ("48", "2028"));
+    let extent = ["x", "y", "z"].map(|axis| cube[&format!("extent_{axis}")].parse::<f64>().unwrap());
+    assert!(extent.iter().all(|side| *side > 0.5 && *side < 2.0), "{extent:?}");
+    assert!(cube["colors"].starts_with("[\"#"), "{}", cube["colors"]);
+    // The twin that was copied has the same facts.
+    let twin = &all["b/same.glb.png"];
+    assert_eq!((&cube["colors"], &cube["extent_x"]), (&twin["colors"], &twin["extent_x"]));
+    assert_eq!(all["broken.glb.png"]["error_kind"], "failed");
+    // Kept pictures are in it, too.
+    let output = run("kept.parquet", &["--resume"]);
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    let bytes = std::fs::read(catalogue("kept.parquet")).unwrap();
+    assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
+    assert!(bytes.windows(14).any(|part| part == b"a/cube.glb.png"));
+    let output = run("wrong.json", &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(told(&output).contains("--catalogue"), "{}", told(&output));
+}
+
+#[test]
+fn models_that_have_not_changed_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let (from, to) = (folder.path().join("models"), folder.path().join("pictures"));
+    models(&from);
+    let cube = std::fs::File::options().append(true).open(from.join("a/cube.glb")).unwrap();
+    cube.set_modified(std::time::UNIX_EPOCH + Duration::from_secs(1_500_000_000)).unwrap();
+    let manifest = folder.path().join("list.jsonl");
+    std::fs::write(&manifest, "{\"model\": \"models/a/cube.glb\"}\n{\"model\": \"models/b/same.glb\"}\n")
+        .unwrap();
+    for (input, drawn) in [(&from, 6), (&manifest, 1)] {
+        let paths = [input, &to].map(|path| path.to_str().unwrap());
+        let output = batch(&[paths[0], "-o", paths[1], "--changed-since", "2020-01-01", "--allow-failures"]);
+        assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+        assert!(told(&output).contains("1 of models that have not changed"), "{}", told(&output));
+        let records = records(&to.join("report.jsonl"));
+        assert_eq!(records.len(), drawn);
+        assert!(!records.keys().any(|name| name.ends_with("a/cube.glb.png")));
+    }
+    let output = batch(&[from.to_str().unwrap(), "-o", to.to_str().unwrap(), "--changed-since", "soon"]);
+    assert_eq!((output.status.code(), told(&output).lines().count()), (Some(2), 1));
+}
+
 /// One model is a batch of one, with what lies beside it.
 #[test]
 fn a_model_alone_is_a_batch() {

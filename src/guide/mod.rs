@@ -44,7 +44,7 @@ pub mod formats {}
 /// `overcoat compare-models assets/models/material-ball.glb --models urp17,hdrp-lit,stacklit,filament,gltf,openpbr -o models.png`.
 pub mod clear_coat {}
 
-/// Car paint: flakes, pearl, candy, orange peel and scratches.
+/// Car paint: flakes, pearl, candy, orange peel, swirl marks and scratches.
 // Where its figure is comes first, since of two definitions the first one counts: the page's own leads to a file, which it is
 // shown with where it is a file itself.
 #[doc = include_str!("car_paint/figures.md")]

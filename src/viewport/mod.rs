@@ -42,14 +42,18 @@
 
 mod budget;
 mod orbit;
+mod upscale;
 
 pub use budget::{FrameBudget, Level};
 pub use orbit::Orbit;
 
 use budget::Controller;
 use overcoat_core::frame::{DisplayOptions, PixelFormat, Target};
-use overcoat_render::{Hit, Moment, Quality, RenderError, RenderOptions, RenderStats, Renderer};
+use overcoat_render::{
+    Hit, Moment, Quality, RenderError, RenderOptions, RenderStats, RenderedInto, Renderer,
+};
 use overcoat_scene::{Camera, Revision, Scene};
+use upscale::{Source, Upscaler};
 
 /// Draws pictures that follow each other, see the [module](self).
 #[derive(Debug)]
@@ -61,6 +65,9 @@ pub struct Viewport {
     controller: Controller,
     /// Subject of the last picture, and the level that it was drawn at.
     last: Option<(Subject, Level)>,
+    /// Pixels of pictures that are made larger.
+    small: Vec<u8>,
+    upscaler: Upscaler,
 }
 
 /// Subject of a picture: pictures of equal subjects at one level are equal.
@@ -101,6 +108,8 @@ impl Viewport {
             quality: Quality::default(),
             controller: Controller::default(),
             last: None,
+            small: Vec::new(),
+            upscaler: Upscaler::default(),
         }
     }
 
@@ -156,7 +165,7 @@ impl Viewport {
     }
 
     /// Draws the next picture: at the tier that was set, or, within a budget, as well as the pictures before say that there is
-    /// time for.
+    /// time for. Where there is none for all pixels of a whole target of 8 bits, fewer are drawn and made larger ([`Level::scale`]).
     ///
     /// # Errors
     /// As [`Renderer::render_into`].
@@ -166,13 +175,12 @@ impl Viewport {
         camera: &Camera,
         target: &mut Target<'_>,
     ) -> Result<Drawn, RenderError> {
-        let levels = Level::all(self.quality, self.options.samples);
+        let levels = Level::all(self.quality, self.options.samples, can_be_scaled(target));
         let level = self.controller.choose(&levels, scene, &self.options);
         let start = Moment::now();
         let drawn = self.draw_at(level, scene, camera, target)?;
-        let (work, pixels) =
-            (self.renderer.work_done(), u64::from(self.options.width) * u64::from(self.options.height));
-        self.controller.learn(level, &drawn.stats, &work, pixels, start.elapsed());
+        let (work, size) = (self.renderer.work_done(), [self.options.width, self.options.height]);
+        self.controller.learn(level, &drawn.stats, &work, size, start.elapsed());
         Ok(drawn)
     }
 
@@ -191,7 +199,7 @@ impl Viewport {
         camera: &Camera,
         target: &mut Target<'_>,
     ) -> Result<Option<Drawn>, RenderError> {
-        let levels = Level::all(self.quality, self.options.samples);
+        let levels = Level::all(self.quality, self.options.samples, false);
         let subject = self.subject(scene, camera, target);
         let tiers: Vec<Level> =
             levels.into_iter().filter(|level| level.samples == self.options.samples).rev().collect();
@@ -231,15 +239,42 @@ impl Viewport {
         let subject = self.subject(scene, camera, target);
         self.last = None;
         let options = self.options_at(level);
-        let done = self.renderer.render_into(scene, camera, &options, &self.display, target)?;
+        let done = match level.scale {
+            1 => self.renderer.render_into(scene, camera, &options, &self.display, target)?,
+            _ => self.draw_scaled(scene, camera, &options, target)?,
+        };
         self.last = Some((subject, level));
-        let best = Level { quality: self.quality, samples: self.options.samples };
+        let best = Level { quality: self.quality, samples: self.options.samples, scale: 1 };
         let is_final = level.rank() >= best.rank();
         Ok(Drawn { level, is_final, exposure: done.exposure, stats: done.stats })
     }
 
+    /// Draws a picture of fewer pixels and makes it as large as the target.
+    fn draw_scaled(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+        target: &mut Target<'_>,
+    ) -> Result<RenderedInto, RenderError> {
+        let (size, format) = ([self.options.width, self.options.height], target.format());
+        let misfit = |(option, value, allowed)| RenderError::Option { option, value, allowed };
+        target.fit(size).map_err(misfit)?;
+        let small = [options.width, options.height];
+        self.small.resize(small[0] as usize * small[1] as usize * 4, 0);
+        let mut own = Target::new(&mut self.small, small[0] as usize * 4, format);
+        let done = self.renderer.render_into(scene, camera, options, &self.display, &mut own)?;
+        let from = Source { pixels: &self.small, size: small, format };
+        let (bytes, stride) = target.memory();
+        self.upscaler.fill((self.renderer.jobs(), options.simd), from, bytes, stride, size);
+        Ok(done)
+    }
+
     fn options_at(&self, level: Level) -> RenderOptions {
-        self.options.clone().with_samples(level.samples).with_quality(level.quality)
+        let [width, height] = level.size([self.options.width, self.options.height]);
+        let mut options = self.options.clone().with_samples(level.samples).with_quality(level.quality);
+        (options.width, options.height) = (width, height);
+        options
     }
 
     fn subject(&self, scene: &Scene, camera: &Camera, target: &Target<'_>) -> Subject {
@@ -252,4 +287,10 @@ impl Viewport {
             content: target.content(),
         }
     }
+}
+
+/// True for a whole picture of 8 bits.
+fn can_be_scaled(target: &Target<'_>) -> bool {
+    let (format, region) = target.content();
+    region.is_none() && !format.is_linear()
 }

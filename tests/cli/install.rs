@@ -69,7 +69,7 @@ fn bash_completes_commands_options_and_their_values() {
         (&["render", "--shading-"], &["--shading-rate"]),
         (&["render", "--shading", "stack"], &["stacklit", "stacklit-d"]),
         (&["render", "--quality", ""], &["draft", "fast", "good", "best"]),
-        (&["render", "--env", ""], &["studio", "none"]),
+        (&["render", "--env", ""], &["studio", "car-studio", "sky", "none"]),
         (&["render", "--up", ""], &["+x", "-x", "+y", "-y", "+z", "-z"]),
         (&["render", "--material", "candy"], &["candy-blue", "candy-red", "candy-violet"]),
     ];

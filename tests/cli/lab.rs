@@ -54,6 +54,48 @@ fn the_summary_is_a_table_too() {
 }
 
 #[test]
+fn a_paint_has_the_numbers_of_the_trade() {
+    let work = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let output = overcoat(work.path(), &[&["lab", "--paint"], args].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let json = |args: &[&str]| serde_json::from_str::<Value>(&run(args)).unwrap();
+    let silver = json(&["silver-metallic", "--json"]);
+    let of_silver = &silver["models"][0];
+    assert_eq!((&silver["paint"], &of_silver["model"]), (&"silver-metallic".into(), &"standard".into()));
+    let angles: Vec<f64> = of_silver["colors"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| c["aspecular_deg"].as_f64().unwrap())
+        .collect();
+    assert_eq!(angles, [15.0, 25.0, 45.0, 75.0, 110.0]);
+    assert!(of_silver["flop_index"].as_f64().unwrap() > 8.0, "{of_silver}");
+    assert!(of_silver["sparkle"][0]["grade"].as_f64().unwrap() > 1.0);
+    // The paint that flops less: white with blue pearl, which is bluest near the mirror direction.
+    let pearl = json(&["pearl-white", "--json"]);
+    let of_pearl = &pearl["models"][0];
+    assert!(of_pearl["flop_index"].as_f64().unwrap() < 4.0, "{of_pearl}");
+    let b = |angle: usize| of_pearl["colors"][angle]["lab"][2].as_f64().unwrap();
+    assert!(b(0) < b(2) - 2.0, "{of_pearl}");
+    // The same as a file, under other models.
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/materials/pearl-white.toml");
+    fs::copy(file, work.path().join("p.toml")).unwrap();
+    let text = run(&["p.toml", "--models", "openpbr,three"]);
+    assert!(
+        text.contains("p.toml under openpbr") && text.contains("under three") && text.contains("flop index")
+    );
+    for (args, said) in
+        [(&["no-such"][..], "no-such"), (&["pearl-white", "--summary"], "cannot be used with")]
+    {
+        let output = overcoat(work.path(), &[&["lab", "--paint"], args].concat());
+        assert!(output.status.code() == Some(2) && stderr(&output).contains(said), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn what_cannot_be_measured_is_said_in_a_line() {
     let work = tempfile::tempdir().unwrap();
     for (args, said) in [

@@ -6,6 +6,7 @@ use overcoat::description::{Description, EnvironmentChoice, Machine, MaterialSou
 use overcoat::frame::DisplayOptions;
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
+use overcoat::load::NamedEnvironment;
 use overcoat::load::{Context, LoadOptions, MaterialFile, MemoryResolver, load_bytes_with, load_environment};
 use overcoat::render::RenderOptions;
 use overcoat::scene::{Camera, EnvironmentSource, EquirectImage, Scene};
@@ -65,7 +66,7 @@ impl Shot {
                 Some(skies) => skies.get(recipe.environment, jobs)?.0,
                 None => picture(files.get(path.to_str().unwrap_or_default())?, jobs)?,
             });
-            file.env = Some(EnvironmentChoice::None);
+            file.env = Some(EnvironmentChoice::Named(NamedEnvironment::None));
         }
         file.light(&mut scene, limits, jobs).map_err(|e| e.to_string())?;
         if let Some(sky) = sky {

@@ -152,6 +152,7 @@ impl Fragment {
                 normal: None,
                 ior_change: true,
                 roughens_base: true,
+                own_sine: false,
             }),
             anisotropy: None,
             sheen: self
@@ -268,6 +269,7 @@ fn mask_zero_is_no_coat_bit_for_bit() {
                 normal: random.coin().then(|| random.directions_about(l, normal)),
                 ior_change: true,
                 roughens_base: true,
+                own_sine: false,
             };
             let coated = SurfaceData {
                 base_color: random.color(l),
@@ -324,6 +326,7 @@ fn lobes_are_reciprocal() {
                 normal: None,
                 ior_change: true,
                 roughens_base: true,
+                own_sine: false,
             }),
             anisotropy: random.coin().then(|| Anisotropy {
                 strength: random.units(l),
@@ -520,6 +523,7 @@ fn standard_is_finite<L: Lanes>(l: L, random: &mut Random, round: usize) {
                 normal: if options & 2 == 2 { Some(normal) } else { None },
                 ior_change: options & 4 == 4,
                 roughens_base: options & 8 == 8,
+                own_sine: false,
             })
         } else {
             None

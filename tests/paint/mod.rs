@@ -1,4 +1,4 @@
-//! Car paint: flakes, pearl, orange peel and scratches, under every model; and the figure of `src/guide/car_paint.md`.
+//! Car paint: flakes, pearl, orange peel, scratches and swirl marks, under every model; and the figure of `src/guide/car_paint.md`.
 
 mod figure;
 
@@ -95,7 +95,7 @@ fn small_pictures_of_flakes_are_like_large_ones_made_small() {
             let [found, right] = [contrast(&small), contrast(&expected)];
             let brightness = mean(&small, 1) / mean(&expected, 1);
             println!("{k} {side}: contrast {found:.3} {right:.3}, mean {brightness:.4}");
-            assert!((found / right - 1.0).abs() < 0.25, "{k} {side}: {found} {right}");
+            assert!((found / right - 1.0).abs() < 0.12, "{k} {side}: {found} {right}");
             assert!((brightness - 1.0).abs() < 0.03, "{k} {side}: {brightness}");
         }
     }
@@ -112,7 +112,7 @@ fn flakes_reflect_as_much_at_every_size_of_picture() {
             for side in [64, 256, 1024] {
                 let small = mean(&pixels(&scene, side, model), 1);
                 println!("{model:?} {share} {side}: {small:.4} {:.4}", small / large);
-                assert!((small / large - 1.0).abs() < 0.04, "{model:?}, {side}: {small} and {large}");
+                assert!((small / large - 1.0).abs() < 0.02, "{model:?}, {side}: {small} and {large}");
             }
         }
     }
@@ -191,7 +191,7 @@ fn flakes_do_not_flicker() {
         let by = [0.000_5, 0.001, 0.002].map(|angle| difference(&still, &turned(angle, across)));
         let far = difference(&still, &turned(0.5, across));
         println!("{across}: {by:?}, far {far}");
-        assert!(by[0] < 0.12 * far, "{by:?} {far}");
+        assert!(by[0] < 0.10 * far, "{by:?} {far}");
         assert!(by[1] / by[0] < 2.5 && by[2] / by[1] < 2.5, "{by:?}");
     }
 }
@@ -292,6 +292,118 @@ fn orange_peel_bends_reflections() {
     }
 }
 
+/// Parts of a picture that hang together and are on one side of the middle between black and the brightest, within a disc of this part of
+/// its half side; parts of fewer than four pixels are those of edges that pixels cut.
+fn islands(pixels: &[[f32; 4]], side: usize, within: f64) -> usize {
+    let half = side as f64 / 2.0;
+    let inside = |k: usize| {
+        let (x, y) = ((k % side) as f64 + 0.5 - half, (k / side) as f64 + 0.5 - half);
+        x * x + y * y < half * half * within * within
+    };
+    let brightest = (0..pixels.len()).filter(|&k| inside(k)).map(|k| pixels[k][1]).fold(0.0, f32::max);
+    let is_bright = |k: usize| pixels[k][1] > 0.5 * brightest;
+    let mut seen = vec![false; pixels.len()];
+    let mut count = 0;
+    for first in (0..pixels.len()).filter(|&k| inside(k)) {
+        let (mut todo, mut size) = (Vec::new(), 0);
+        if !std::mem::replace(&mut seen[first], true) {
+            todo.push(first);
+        }
+        while let Some(k) = todo.pop() {
+            size += 1;
+            for next in [k.wrapping_sub(1), k + 1, k.wrapping_sub(side), k + side] {
+                if next < pixels.len() && inside(next) && !seen[next] && is_bright(next) == is_bright(first) {
+                    seen[next] = true;
+                    todo.push(next);
+                }
+            }
+        }
+        count += usize::from(size >= 4);
+    }
+    count
+}
+
+/// The edge between a bright and a dark half of the sky is bent and stays one line, up to the slope that the parameter names: a twentieth of
+/// the waves' length over the radius. Steeper waves tear it.
+#[test]
+fn orange_peel_tears_no_reflections() {
+    const SIDE: usize = 320;
+    // Bright towards +X.
+    let halves = (0..512 * 256).map(|k| [if (128..384).contains(&(k % 512)) { 1.0 } else { 0.0 }; 3]);
+    let sky = Arc::new(EquirectImage::new(512, 256, halves.collect()).unwrap());
+    for model in HOUSE {
+        let of = |size: f32, peel: f32| {
+            let mut material = coated(CoatSurface::default().with(|c| (c.peel, c.peel_size) = (peel, size)));
+            (material.base_color, material.specular, material.coat_roughness) =
+                ([0.0, 0.0, 0.0, 1.0], 0.0, 0.0);
+            let mut stage = stage::Stage::under(Arc::clone(&sky)).unwrap();
+            let ball = crate::common::shapes::sphere(128);
+            put(&mut stage, ball, material, stage::at([0.0; 3], 1.0).unwrap());
+            pixels(&stage.scene, SIDE as u32, model)
+        };
+        let flat = of(0.2, 0.0);
+        assert_eq!(islands(&flat, SIDE, 0.7), 2, "{model:?}");
+        for size in [0.1, 0.2, 0.4] {
+            let bent = of(size, size / 20.0);
+            let torn = islands(&of(size, size / 2.0), SIDE, 0.7);
+            println!("{model:?} {size}: moved {:.4}, torn into {torn}", difference(&flat, &bent));
+            assert_eq!(islands(&bent, SIDE, 0.7), 2, "{model:?} {size}");
+            assert!(difference(&flat, &bent) > 1e-5 && torn > 2, "{model:?} {size}: {torn}");
+        }
+    }
+}
+
+/// Swirl marks are seen about the reflection of a lamp alone, and run around it.
+#[test]
+fn swirl_marks_ring_the_reflections_of_lamps() {
+    const SIDE: usize = 400;
+    let swirl =
+        |share: f32, size: f32| CoatSurface::default().with(|c| (c.swirl, c.swirl_size) = (share, size));
+    for model in HOUSE {
+        let of = |surface| {
+            let scene = lit(crate::common::shapes::sphere(96), coated(surface), [0.0, 0.0, -1.0]);
+            pixels(&scene, SIDE as u32, model)
+        };
+        let plain = of(CoatSurface::default());
+        let marked = of(swirl(0.3, 0.15));
+        let added: Vec<f64> = marked.iter().zip(&plain).map(|(a, b)| f64::from(a[1] - b[1])).collect();
+        let at = |x: usize, y: usize| added[y * SIDE + x];
+        let half = SIDE as f64 / 2.0;
+        let (mut near, mut far, mut across, mut along) = ([0.0; 2], [0.0; 2], 0.0, 0.0);
+        for y in 1..SIDE - 1 {
+            for x in 1..SIDE - 1 {
+                let (dx, dy) = (x as f64 + 0.5 - half, y as f64 + 0.5 - half);
+                let r = (dx * dx + dy * dy).sqrt() / half;
+                if (0.06..0.25).contains(&r) {
+                    near = [near[0] + at(x, y).max(0.0), near[1] + 1.0];
+                    let (gx, gy) = (at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1));
+                    let (radial, tangential) =
+                        ((gx * dx + gy * dy) / (r * half), (gx * dy - gy * dx) / (r * half));
+                    across += radial * radial;
+                    along += tangential * tangential;
+                } else if (0.5..0.9).contains(&r) {
+                    far = [far[0] + at(x, y).max(0.0), far[1] + 1.0];
+                }
+            }
+        }
+        let [near, far] = [near, far].map(|[sum, count]| sum / count);
+        println!("{model:?}: {near} near, {far} far, across {across}, along {along}");
+        assert!(near > 8.0 * far && near > 1e-3, "{model:?}: {near} {far}");
+        assert!(across > 2.0 * along, "{model:?}: {across} {along}");
+        // Too small to be seen each for itself, they are a haze: as bright in all, and even.
+        let haze = of(swirl(0.3, 0.001));
+        let [of_marks, of_haze] = [&marked, &haze].map(|found| difference(found, &plain));
+        println!("{model:?}: {of_marks} {of_haze}");
+        assert!((0.4..2.5).contains(&(of_haze / of_marks)), "{model:?}: {of_haze} {of_marks}");
+        // White light from everywhere shows none of them.
+        let white = |surface| pixels(&furnace(crate::common::shapes::square(1), coated(surface)), 64, model);
+        for size in [0.15, 0.001] {
+            let [even, swirled] = [CoatSurface::default(), swirl(0.3, size)].map(|s| mean(&white(s), 1));
+            assert!((swirled / even - 1.0).abs() < 0.02, "{model:?}: {swirled} {even}");
+        }
+    }
+}
+
 #[test]
 fn scratches_cover_their_share() {
     let scratched = |share: f32| {
@@ -333,6 +445,29 @@ fn every_model_shows_paint() {
     }
 }
 
+/// Flakes lie below the coat and are tilted; the coat is not, and mirrors no lamp where a flake would.
+#[test]
+fn flakes_do_not_tilt_the_coat() {
+    let black = Arc::new(EquirectImage::new(8, 4, vec![[0.0; 3]; 32]).unwrap());
+    let mut tilted = Vec::new();
+    for &model in ShadingModel::ALL {
+        let mut material = coated(CoatSurface::default());
+        material.base_color = [0.0, 0.0, 0.0, 1.0];
+        material.lobes.flakes = flakes(48.0).with(|f| f.color = [0.0; 3]);
+        let mut stage = stage::Stage::under(black.clone()).unwrap();
+        put(&mut stage, crate::common::shapes::square(1), material, stage::at([0.0; 3], 1.0).unwrap());
+        let light = LightKind::Directional { direction: [0.3, 0.2, -0.93] };
+        stage.scene.add_light(Light::new(light).with(|l| l.intensity = 3.0)).unwrap();
+        let most = pixels(&stage.scene, 96, model).iter().fold(0.0, |most: f32, p| most.max(p[1]));
+        // A lamp in the coat is 9 and more; Fresnel terms by approximation leave black flakes some light.
+        if most > 1.0 {
+            tilted.push(model);
+        }
+    }
+    // Its coat has the base's normal whatever lies below.
+    assert_eq!(tilted, [ShadingModel::Filament2018]);
+}
+
 /// Sizes and numbers at the ends of their ranges, and coordinates far away.
 #[test]
 fn extremes_are_finite() {
@@ -355,6 +490,8 @@ fn extremes_are_finite() {
                 c.peel_size = size;
                 c.scratches = 1.0;
                 c.scratch_length = size;
+                c.swirl = 1.0;
+                c.swirl_size = size;
             });
             let mut far = crate::common::shapes::sphere(16);
             for position in &mut far.positions {

@@ -94,6 +94,7 @@ fn standard_surface<L: Lanes>(l: L, batch: &Batch<'_>) -> Surface<L> {
             normal: on("coatNormal").then_some(coat_normal),
             ior_change: on("iorChange"),
             roughens_base: on("coatRoughness"),
+            own_sine: false,
         }),
         anisotropy: on("anisotropy").then(|| Anisotropy {
             strength: load(l, batch, "anisotropy"),

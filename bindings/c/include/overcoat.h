@@ -173,6 +173,10 @@ typedef enum {
    Such a file in memory.
    */
   OVERCOAT_ENVIRONMENT_MEMORY = 3,
+  /*
+   One that belongs to the program: studio, car-studio, sky or none.
+   */
+  OVERCOAT_ENVIRONMENT_NAMED = 4,
 } overcoat_environment_kind;
 
 /*
@@ -971,8 +975,8 @@ overcoat_status overcoat_set_model_visible(overcoat *overcoat, uint64_t world, u
 overcoat_status overcoat_remove_model(overcoat *overcoat, uint64_t world, uint64_t model);
 
 /*
- Surrounds a world. `kind` is an overcoat_environment_kind; of a file `data` is its path and `length` does not count, of memory
- they are its bytes; else null. It is turned about +Y by `rotation_degrees` and its light multiplied by `intensity` (1: as it is).
+ Surrounds a world. `kind` is an overcoat_environment_kind; of a file `data` is its path, of a named one its name, and `length` does not count; of
+ memory they are its bytes; else null. It is turned about +Y by `rotation_degrees` and its light multiplied by `intensity` (1: as it is).
  */
 overcoat_status overcoat_set_environment(overcoat *overcoat,
                                          uint64_t world,

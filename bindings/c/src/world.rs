@@ -6,8 +6,8 @@ use crate::status::{Failure, Status, overcoat_status};
 use renderer::jobs::Jobs;
 use renderer::limits::Limits;
 use renderer::load::{
-    AnimatedModel, AnimationChoice, Context, Format, LoadError, LoadOptions, NoResolver, Warning,
-    load_environment, load_environment_file,
+    AnimatedModel, AnimationChoice, Context, Format, LoadError, LoadOptions, NamedEnvironment, NoResolver,
+    Warning, load_environment, load_environment_file,
 };
 use renderer::scene::{Environment, EnvironmentSource, Transform};
 use renderer::world::{ModelHandle, World};
@@ -257,10 +257,12 @@ pub enum overcoat_environment_kind {
     OVERCOAT_ENVIRONMENT_FILE = 2,
     /// Such a file in memory.
     OVERCOAT_ENVIRONMENT_MEMORY = 3,
+    /// One that belongs to the program: studio, car-studio, sky or none.
+    OVERCOAT_ENVIRONMENT_NAMED = 4,
 }
 
-/// Surrounds a world. `kind` is an overcoat_environment_kind; of a file `data` is its path and `length` does not count, of memory
-/// they are its bytes; else null. It is turned about +Y by `rotation_degrees` and its light multiplied by `intensity` (1: as it is).
+/// Surrounds a world. `kind` is an overcoat_environment_kind; of a file `data` is its path, of a named one its name, and `length` does not count; of
+/// memory they are its bytes; else null. It is turned about +Y by `rotation_degrees` and its light multiplied by `intensity` (1: as it is).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn overcoat_set_environment(
     overcoat: *mut overcoat,
@@ -291,7 +293,15 @@ pub unsafe extern "C" fn overcoat_set_environment(
                     let context = Context { resolver: &NoResolver, limits: &limits, jobs };
                     EnvironmentSource::Image(Arc::new(load_environment(bytes, &context)?.image))
                 }
-                other => return Err(Failure::argument(format!("kind: {other} is not 0 to 3"))),
+                4 => {
+                    let name = raw::text(data).ok_or_else(|| Failure::argument("data: null, or no UTF-8"))?;
+                    let named = NamedEnvironment::named(name).ok_or_else(|| {
+                        let names = NamedEnvironment::sentence([]);
+                        Failure::argument(format!("data: '{name}' is not {names}"))
+                    })?;
+                    named.source()
+                }
+                other => return Err(Failure::argument(format!("kind: {other} is not 0 to 4"))),
             };
             Ok(inner.world(world)?.set_environment(Environment::default().with(|e| {
                 e.source = source;

@@ -17,7 +17,7 @@ use overcoat::description::{Description, Machine};
 use overcoat::frame::DisplayOptions;
 use overcoat::render::{Cancellation, RenderError};
 use overcoat::scene::Camera;
-use overcoat::viewport::{self, FrameBudget};
+use overcoat::viewport::{self, FrameBudget, Level};
 use overcoat::{Limits, RenderOptions, Scene};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -153,8 +153,8 @@ impl Drop for Turn<'_> {
     }
 }
 
-/// Quality, samples, whether it is final, exposure, triangles.
-type Drawn = (&'static str, u32, bool, f32, u64);
+/// Quality, samples, scale, whether it is final, exposure, triangles.
+type Drawn = (&'static str, u32, u32, bool, f32, u64);
 
 #[pymethods]
 impl Viewport {
@@ -227,8 +227,8 @@ impl Viewport {
             drawn.map_err(|e| errors::render(&e))
         })?;
         Ok(drawn.map(|drawn| {
-            let level = drawn.level;
-            (level.quality.name(), level.samples, drawn.is_final, drawn.exposure, drawn.stats.triangles)
+            let Level { quality, samples, scale } = drawn.level;
+            (quality.name(), samples, scale, drawn.is_final, drawn.exposure, drawn.stats.triangles)
         }))
     }
 

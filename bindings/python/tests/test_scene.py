@@ -297,7 +297,7 @@ def test_handles_of_what_is_gone_or_elsewhere():
         (lambda scene: scene.add_light(type="area", intensity=1), ValueError, "'area' is no type of light"),
         (lambda scene: scene.add_light(type="point", intensity=1), ValueError, "needs the key position"),
         (lambda scene: scene.add_light(type="directional", direction=[0, 0, 0], intensity=1), ValueError, "light: its direction has no"),
-        (lambda scene: setattr(scene, "environment", None), ValueError, "environment: expected studio"),
+        (lambda scene: setattr(scene, "environment", None), ValueError, "environment: expected a name"),
         (lambda scene: setattr(scene, "environment_intensity", "much"), ValueError, "environment_intensity: expected a number"),
         (lambda scene: setattr(scene, "environment_intensity", float("nan")), ValueError, "intensity"),
         (lambda scene: setattr(scene.add_model(overcoat.Mesh(VERTICES, FACES)), "transform", moved(1e15)), ValueError, ""),

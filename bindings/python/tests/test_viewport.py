@@ -167,8 +167,8 @@ def test_it_is_refined_tier_by_tier_until_something_changes(scene):
 
 def test_a_budget_of_work_decides_how_well_it_is_drawn(scene):
     viewport = overcoat.Viewport(size=SIZE, quality="good", budget=1)
-    found = [(viewport.draw(scene).quality, viewport.draw(scene).samples) for _ in range(2)]
-    assert found[-1] == ("draft", 1)
+    drawn = [viewport.draw(scene) for _ in range(4)][-1]
+    assert (drawn.quality, drawn.samples, drawn.scale) == ("draft", 4, 4)
     viewport.budget = 10**12
     viewport.draw(scene)
     assert viewport.draw(scene).quality == "good"

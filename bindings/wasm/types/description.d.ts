@@ -55,8 +55,8 @@ export interface Description {
   edge_width?: number;
   /** Edges that are drawn as dark lines: none, creases (where faces meet at more than 40 degrees) or boundary (and where they end) [default: creases of parts without colours (STL, 3MF, OBJ, PLY); else none]. */
   edges?: "none" | "creases" | "boundary";
-  /** Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, studio for the built-in one, or none [default: studio]. */
-  env?: "studio" | "none" | (string & {});
+  /** Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, or one of the program's own: studio, car-studio, sky or none [default: studio]. */
+  env?: "studio" | "car-studio" | "sky" | "none" | (string & {});
   /** Factor of the environment's radiance [default: 1]. */
   env_intensity?: number;
   /** Turn of the environment about the vertical axis in degrees, counter-clockwise seen from above [default: 0]. */

@@ -33,9 +33,9 @@ export interface Limits {
 
 /** What a picture shows, and how it is asked for. */
 export interface RenderOptions extends Omit<Description, "env"> {
-  /** Light from afar: the built-in studio (if absent), none, the name of one of `files`, or the bytes of an equirectangular
+  /** Light from afar: one of the program's own (studio if absent), the name of one of `files`, or the bytes of an equirectangular
    * picture (.hdr, .exr, .png, .jpg). */
-  env?: "studio" | "none" | (string & {}) | Bytes;
+  env?: Description["env"] | Bytes;
   /** What the model refers to, and environments and material files that are named here: contents by name. */
   files?: Record<string, Bytes> | Map<string, Bytes>;
   /** Planes of the G-buffer beside the pixels: "depth", "normal", "base-color", ... */

@@ -39,7 +39,7 @@ part! {
     AreaLights, "light"
 }
 part! {
-    /// Flakes, orange peel and scratches.
+    /// Flakes, orange peel, scratches and swirl marks.
     CarPaint, "effects"
 }
 part! {

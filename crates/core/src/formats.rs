@@ -64,6 +64,16 @@ pub const USD: FileFormat = format("USD", &["usdz", "usdc", "usda", "usd"], "mod
 pub const AMF: FileFormat = format("AMF", &["amf"], "model/x-amf");
 /// Compressed Gaussian splats of PlayCanvas.
 pub const SOG: FileFormat = format("SOG", &["sog"], "model/x-sog");
+/// Draco streams that are files of their own.
+pub const DRACO: FileFormat = format("Draco", &["drc"], "model/x-drc");
+/// Tiles of 3D Tiles 1.0.
+pub const TILE: FileFormat = format("3D Tiles", &["b3dm", "i3dm", "pnts", "cmpt"], "model/x-3d-tile");
+/// VRML 2.0, and X3D in the same syntax.
+pub const VRML: FileFormat = format("VRML", &["wrl", "vrml", "x3dv", "wrz"], "model/vrml");
+/// X3D as XML.
+pub const X3D: FileFormat = format("X3D", &["x3d"], "model/x3d+xml");
+/// Point clouds of terrestrial laser scanners (ASTM E2807).
+pub const E57: FileFormat = format("E57", &["e57"], "model/x-e57");
 /// Portable Network Graphics.
 pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
 /// Animated PNG.

@@ -6,7 +6,9 @@ use super::input::{is_standard_input, read_standard_input};
 use super::name::file_name;
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
-use overcoat_load::{Context, LoadError, NoResolver, Warning, load_environment, load_environment_file};
+use overcoat_load::{
+    Context, LoadError, NamedEnvironment, NoResolver, Warning, load_environment, load_environment_file,
+};
 use overcoat_scene::{Environment, EnvironmentSource};
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -16,23 +18,23 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EnvironmentChoice {
-    /// The built-in studio.
-    Studio,
-    /// Darkness.
-    None,
+    /// One that belongs to the program.
+    Named(NamedEnvironment),
     /// An equirectangular picture.
     File(PathBuf),
 }
 
+/// Environment that holds unless another is named.
+const DEFAULT: EnvironmentChoice = EnvironmentChoice::Named(NamedEnvironment::Studio);
+
 impl EnvironmentChoice {
-    /// `studio`, `none` or a path.
+    /// A name of [`NamedEnvironment`] or a path.
     #[must_use]
     pub fn new(text: impl AsRef<OsStr>) -> Self {
         let text = text.as_ref();
-        match text.to_str() {
-            Some("studio") => Self::Studio,
-            Some("none") => Self::None,
-            _ => Self::File(PathBuf::from(text)),
+        match text.to_str().and_then(NamedEnvironment::named) {
+            Some(named) => Self::Named(named),
+            None => Self::File(PathBuf::from(text)),
         }
     }
 }
@@ -49,9 +51,8 @@ impl Description {
         jobs: &Jobs,
     ) -> Result<(Environment, Vec<Warning>), DescriptionError> {
         let mut warnings = Vec::new();
-        let source = match self.env.as_ref().unwrap_or(&EnvironmentChoice::Studio) {
-            EnvironmentChoice::Studio => EnvironmentSource::Studio,
-            EnvironmentChoice::None => EnvironmentSource::None,
+        let source = match self.env.as_ref().unwrap_or(&DEFAULT) {
+            EnvironmentChoice::Named(named) => named.source(),
             EnvironmentChoice::File(path) => {
                 let about = |error: DescriptionError| error.at(path);
                 let loaded = if is_standard_input(path) {
@@ -77,9 +78,8 @@ impl Description {
         &self,
         context: &Context<'_>,
     ) -> Result<(Environment, Vec<Warning>), DescriptionError> {
-        let (source, warnings) = match self.env.as_ref().unwrap_or(&EnvironmentChoice::Studio) {
-            EnvironmentChoice::Studio => (EnvironmentSource::Studio, Vec::new()),
-            EnvironmentChoice::None => (EnvironmentSource::None, Vec::new()),
+        let (source, warnings) = match self.env.as_ref().unwrap_or(&DEFAULT) {
+            EnvironmentChoice::Named(named) => (named.source(), Vec::new()),
             EnvironmentChoice::File(path) => {
                 let about = |error: LoadError| DescriptionError::from(error).at(path);
                 let name = path.to_string_lossy();

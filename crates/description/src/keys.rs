@@ -161,10 +161,10 @@ pub(super) static SCENE: &[Key<Description>] = &[
         "env",
         s.env,
         EnvironmentSource,
-        "Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, studio for the built-in one, or none"
+        "Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, or one of the program's own: studio, car-studio, sky or none"
     )
     .default("studio")
-    .argument(Argument::new(Group::Light, "env", "FILE|studio|none")),
+    .argument(Argument::new(Group::Light, "env", "FILE|NAME")),
     scene!(
         "env_rotation_deg",
         s.env_rotation_degrees,

@@ -107,7 +107,7 @@ pub struct Description {
     pub up: Option<Axis>,
     /// Plate of a 3MF project that is drawn alone, from 1; all of them side by side if absent.
     pub plate: Option<u32>,
-    /// Source of the light from afar: `studio`, `none` or the path of an equirectangular picture.
+    /// Source of the light from afar: a name of [`overcoat_load::NamedEnvironment`] or the path of an equirectangular picture.
     pub env: Option<EnvironmentChoice>,
     /// Turns the environment about +Y, in degrees, counter-clockwise seen from above.
     pub env_rotation_degrees: Option<f32>,

@@ -105,7 +105,8 @@ impl Description {
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
         let quality = self.quality.unwrap_or_default();
-        let mut visibility = quality.visibility();
+        // Within output_side, which is a u32.
+        let mut visibility = quality.visibility_of([width as u32, height as u32]);
         visibility.maps = self.maps.unwrap_or(visibility.maps);
         visibility.map_size = self.map_size.unwrap_or(visibility.map_size);
         visibility.rays = self.rays.unwrap_or(visibility.rays);
@@ -121,7 +122,6 @@ impl Description {
                 "shading rate {shading_rate}: a pixel with {samples} samples is shaded at most {samples} times"
             )));
         }
-        // Within output_side, which is a u32.
         let mut options = RenderOptions::new(width as u32, height as u32).with_visibility(visibility);
         options.samples =
             self.samples.unwrap_or(if shading_rate > defaults.samples { 16 } else { defaults.samples });

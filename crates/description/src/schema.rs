@@ -128,6 +128,14 @@ mod tests {
         assert_eq!(fits(&schema, value), good, "{value}");
     }
 
+    /// A text that names the environments names all there are.
+    #[test]
+    fn environments_are_named_by_their_key() {
+        let schema: Value = serde_json::from_str(&scene_schema()).unwrap();
+        let about = schema["properties"]["env"]["description"].as_str().unwrap();
+        assert!(about.contains(&overcoat_load::NamedEnvironment::sentence([])), "{about}");
+    }
+
     /// The schema says yes where the reader does, and no where it does not.
     #[test]
     fn the_schema_says_what_the_reader_says() {

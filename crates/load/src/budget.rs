@@ -150,10 +150,12 @@ impl Budget {
         self.pixel_limit.saturating_mul(DECODED)
     }
 
-    /// Makes one of several textures fit, of which the others are not known: into half of what is left, if need be.
+    /// Makes one of several textures fit, of which the others are not known: into half of the texels and a quarter of the bytes that
+    /// are left for them, if need be, so that something is left for later ones.
     pub(crate) fn fit_one(&self, claim: &mut Claim) {
         let pixels = self.pixel_limit.saturating_sub(self.pixels) / 2;
-        let bytes = self.left().saturating_sub(claim.transient) / 2;
+        // Geometry that comes after them has an eighth for itself.
+        let bytes = self.left().saturating_sub(claim.transient).saturating_sub(self.limit / 8) / 4;
         while claim.texels() > SMALL && (claim.texels() > pixels || claim.bytes() > bytes) {
             claim.finest = claim.finest.saturating_add(1);
         }
@@ -272,5 +274,16 @@ mod tests {
             claim.finest
         };
         assert_eq!([[512, 512], [1024, 512], [1024, 1024], [1 << 20, 1]].map(one), [0, 0, 1, 1]);
+
+        // Hundreds of them leave most of an eighth of the bytes to what comes after: those of a few texels stay as they are.
+        let mut budget = Budget::new(&Limits::default().with_decoded_bytes(64 << 20));
+        for _ in 0..200 {
+            let mut claim = Claim::new([1024, 1024], 4);
+            budget.fit_one(&mut claim);
+            if budget.charge_texture(String::new, &claim).is_err() {
+                break;
+            }
+        }
+        assert!(budget.left() >= 4 << 20, "{}", budget.left());
     }
 }

@@ -4,11 +4,10 @@ use std::borrow::Cow;
 
 /// First bytes of files in other formats, and the name for messages: common model formats first, then containers and
 /// files that are mistaken for models.
-const BEGINNINGS: [(&[u8], &str); 40] = [
+const BEGINNINGS: [(&[u8], &str); 35] = [
     (b"BLENDER", "a Blender file"),
     (b"ISO-10303-21", "a STEP file"),
-    (b"#VRML", "a VRML file"),
-    (b"#X3D", "an X3D file"),
+    (b"#VRML V1", "a VRML 1.0 file: versions from 2.0 on are read"),
     (b"xof 0", "a DirectX model"),
     (b"Open CASCADE Topology", "an Open CASCADE model"),
     (b"DBRep_DrawableShape", "an Open CASCADE model"),
@@ -26,11 +25,7 @@ const BEGINNINGS: [(&[u8], &str); 40] = [
     (b"Version 8", "a JT model"),
     (b"Version 9", "a JT model"),
     (b"Version 10", "a JT model"),
-    (b"DRACO", "a Draco mesh without the glTF around it"),
     (b"ID3;", "an ID3 model"),
-    (b"ASTM-E57", "an E57 scan: convert it to LAS, PTX or PLY first"),
-    (b"b3dm", "a tile of 3D Tiles"),
-    (b"i3dm", "a tile of 3D Tiles"),
     (b"\x1f\x8b", "compressed by gzip: unpack it first"),
     (b"\x28\xb5\x2f\xfd", "compressed by Zstandard: unpack it first"),
     (b"\xfd7zXZ\0", "compressed by xz: unpack it first"),
@@ -48,8 +43,7 @@ const BEGINNINGS: [(&[u8], &str); 40] = [
 ];
 
 /// Outermost elements of XML files.
-const ROOTS: [(&[u8], &str); 5] = [
-    (b"<X3D", "an X3D file"),
+const ROOTS: [(&[u8], &str); 4] = [
     (b"<svg", "an SVG picture"),
     (b"<html", "a web page"),
     (b"<HTML", "a web page"),
@@ -125,14 +119,12 @@ mod tests {
         iges[72..80].copy_from_slice(b"S      1");
         let mut tar = [0; 512];
         tar[257..262].copy_from_slice(b"ustar");
-        let cases: [(&[u8], &str); 12] = [
+        let cases: [(&[u8], &str); 10] = [
             (b"BLENDER-v300", "a Blender file"),
             (b"ISO-10303-21;\nHEADER;", "a STEP file"),
             (b"\x1f\x8b\x08\0", "compressed by gzip: unpack it first"),
             (b"PK\x03\x04\0\0", "a ZIP archive that is damaged or not complete"),
-            (b"\xef\xbb\xbf<?xml version='1.0'?>\n<X3D>", "an X3D file"),
             (b"<!DOCTYPE HTML><p>", "a web page"),
-            (b"ASTM-E57\x01\0\0\0", "an E57 scan: convert it to LAS, PTX or PLY first"),
             (b"<a/>", "an XML file"),
             (b"FORM\0\0\0\0LWO2", "a LightWave model"),
             (

@@ -3,7 +3,7 @@ use super::archive;
 use super::gltf;
 use super::text::{is_text, without_mark};
 #[cfg(feature = "more-models")]
-use super::{amf, fbx, off, scans, splats, three_ds, usd};
+use super::{amf, fbx, off, scans, splats, three_ds, tiles, usd, x3d};
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_scene::{Axis, Orientation};
 
@@ -53,6 +53,16 @@ pub enum Format {
     Amf,
     /// Compressed Gaussian splats of PlayCanvas.
     Sog,
+    /// Point clouds of terrestrial laser scanners (ASTM E2807).
+    E57,
+    /// Draco streams that are files of their own.
+    Draco,
+    /// Tiles of 3D Tiles 1.0.
+    Tile,
+    /// VRML 2.0, and X3D in the same syntax.
+    Vrml,
+    /// X3D as XML.
+    X3d,
 }
 
 impl Format {
@@ -79,6 +89,11 @@ impl Format {
         Self::Usd,
         Self::Amf,
         Self::Sog,
+        Self::E57,
+        Self::Draco,
+        Self::Tile,
+        Self::Vrml,
+        Self::X3d,
     ];
 
     /// Its name in messages.
@@ -105,6 +120,11 @@ impl Format {
             Self::Usd => "USD",
             Self::Amf => "AMF",
             Self::Sog => "SOG",
+            Self::E57 => "E57",
+            Self::Draco => "DRC",
+            Self::Tile => "3D Tiles",
+            Self::Vrml => "VRML",
+            Self::X3d => "X3D",
         }
     }
 
@@ -133,6 +153,11 @@ impl Format {
             Self::Usd => formats::USD,
             Self::Amf => formats::AMF,
             Self::Sog => formats::SOG,
+            Self::E57 => formats::E57,
+            Self::Draco => formats::DRACO,
+            Self::Tile => formats::TILE,
+            Self::Vrml => formats::VRML,
+            Self::X3d => formats::X3D,
         }
     }
 
@@ -142,23 +167,30 @@ impl Format {
         self.file_format().extensions.first().copied().unwrap_or_default()
     }
 
-    /// Usual axis of its files that is up, and knowledge of their front: glTF is +Y up and faces +Z by its specification
-    /// (avatars of VRM 0 face -Z, as their files say); 3MF and AMF are +Z up by theirs, and STL by the custom of printing;
-    /// slicers show both from -Y, and so are clouds of points by the custom of surveying (by their own in LAS and PTX). Splats are -Y up, as the photographs that they are made from, but +Y in SPZ. OBJ, PLY and OFF say
-    /// nothing: most are +Y up. Of formats that leave it to custom, a model that evidently stands on the other one of +Y and +Z
-    /// is turned, unless [`LoadOptions::up`](super::LoadOptions::up) says which is up.
+    /// Usual axis of its files that is up, and knowledge of their front: glTF is +Y up and faces +Z by its specification (avatars
+    /// of VRM 0 face -Z, as their files say); 3MF and AMF are +Z up by theirs, and STL by the custom of printing; slicers show
+    /// both from -Y, and so are clouds of points by the custom of surveying (by their own in LAS and PTX). Splats are -Y up, as
+    /// the photographs that they are made from, but +Y in SPZ. OBJ, PLY, OFF and Draco say nothing: most are +Y up, as VRML and
+    /// X3D are to be, and models in tiles are. Of formats that leave it to custom, a model that evidently stands on the other one
+    /// of +Y and +Z is turned, unless [`LoadOptions::up`](super::LoadOptions::up) says which is up.
     #[must_use]
     pub fn orientation(self) -> Orientation {
         let of =
             |up: Axis, front_is_known: bool| Orientation { up, front_is_known, ..Orientation::default() };
         match self {
-            Self::Gltf | Self::Glb | Self::Fbx => of(Axis::PositiveY, true),
+            Self::Gltf | Self::Glb | Self::Fbx | Self::Tile => of(Axis::PositiveY, true),
             Self::Stl | Self::ThreeDs | Self::ThreeMf | Self::Amf | Self::Vox => of(Axis::PositiveZ, true),
-            Self::Pcd | Self::Xyz | Self::Las | Self::Ptx => of(Axis::PositiveZ, false),
+            Self::Pcd | Self::Xyz | Self::Las | Self::Ptx | Self::E57 => of(Axis::PositiveZ, false),
             Self::Splat | Self::Ksplat | Self::Sog => of(Axis::NegativeY, false),
-            Self::Obj | Self::Collada | Self::Usd | Self::Ply | Self::Off | Self::Spz => {
-                of(Axis::PositiveY, false)
-            }
+            Self::Obj
+            | Self::Collada
+            | Self::Usd
+            | Self::Ply
+            | Self::Off
+            | Self::Spz
+            | Self::Draco
+            | Self::Vrml
+            | Self::X3d => of(Axis::PositiveY, false),
         }
     }
 
@@ -175,6 +207,7 @@ impl Format {
                 | Self::Vox
                 | Self::ThreeDs
                 | Self::Fbx
+                | Self::Tile
         )
     }
 
@@ -207,6 +240,16 @@ impl Format {
         }
         if bytes.starts_with(b"LASF") {
             return Some(Self::Las);
+        }
+        if bytes.starts_with(b"ASTM-E57") {
+            return Some(Self::E57);
+        }
+        if bytes.starts_with(b"DRACO") {
+            return Some(Self::Draco);
+        }
+        #[cfg(feature = "more-models")]
+        if tiles::is_one(bytes) {
+            return Some(Self::Tile);
         }
         if let Some((magic, rest)) = without_mark(bytes).split_first_chunk::<3>()
             && magic.eq_ignore_ascii_case(b"ply")
@@ -252,6 +295,10 @@ impl Format {
         #[cfg(feature = "more-models")]
         if amf::is_one(text) {
             return Some(Self::Amf);
+        } else if x3d::is_classic(text) {
+            return Some(Self::Vrml);
+        } else if x3d::is_xml(text) {
+            return Some(Self::X3d);
         }
         if text.starts_with(b"<")
             && text.get(..4096).unwrap_or(text).windows(8).any(|word| word == b"<COLLADA")

@@ -45,6 +45,8 @@ mod clusters;
 mod collada;
 #[cfg(any(feature = "more-models", feature = "obj"))]
 mod derived_images;
+#[cfg(all(feature = "more-models", feature = "compression"))]
+mod draco;
 #[cfg(feature = "3mf")]
 mod embedded;
 mod encoded_image;
@@ -63,6 +65,7 @@ mod input;
 #[cfg(feature = "material-files")]
 mod material;
 mod mesh_formats;
+mod named_environment;
 mod names;
 mod nearby;
 mod nonnumber;
@@ -93,6 +96,10 @@ mod text;
 mod three_ds;
 #[cfg(feature = "3mf")]
 mod threemf;
+#[cfg(feature = "more-models")]
+mod tiles;
+#[cfg(any(feature = "more-models", feature = "obj"))]
+mod udim;
 mod upright;
 #[cfg(feature = "more-models")]
 mod usd;
@@ -102,6 +109,8 @@ mod vertices;
 mod vox;
 mod warnings;
 mod weld;
+#[cfg(feature = "more-models")]
+mod x3d;
 #[cfg(feature = "3mf")]
 mod xml;
 #[cfg(feature = "3mf")]
@@ -125,6 +134,7 @@ pub use material::{
     AssignError, BuiltinMaterial, GivenPictures, MaterialError, MaterialErrorReason, MaterialFile,
     MaterialKey, MaterialValueKind, material_keys,
 };
+pub use named_environment::NamedEnvironment;
 pub use normals::add_smooth_normals;
 pub use options::{AnimationChoice, LoadOptions, TextureLoading};
 pub use packed::inner_extension;
@@ -539,6 +549,16 @@ fn read_meshes(
         Format::ThreeDs => three_ds::load(bytes, context, options.textures),
         #[cfg(feature = "more-models")]
         Format::Usd => usd::load(bytes, context, options.textures),
+        #[cfg(feature = "more-models")]
+        Format::E57 => scans::e57::load(bytes, context),
+        #[cfg(all(feature = "more-models", feature = "compression"))]
+        Format::Draco => draco::load(bytes, context),
+        #[cfg(feature = "more-models")]
+        Format::Tile => tiles::load(bytes, context, options.textures),
+        #[cfg(feature = "more-models")]
+        Format::Vrml => x3d::load(bytes, context, options.textures),
+        #[cfg(feature = "more-models")]
+        Format::X3d => x3d::load(bytes, context, options.textures),
         _ => {
             let _ = (bytes, options, context);
             Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT))

@@ -1,7 +1,7 @@
 //! A walk through the elements of an XML file, or of a part of one in an archive.
 //!
 //! Nothing is expanded and nothing referred to: a document type definition, in which entities could be defined, is
-//! refused. Elements that nobody asks for are skipped with all that is in them.
+//! refused, or skipped where a format has them. Elements that nobody asks for are skipped with all that is in them.
 
 use crate::LoadError;
 use crate::budget::Budget;
@@ -69,6 +69,16 @@ impl Tag<'_> {
         Ok(())
     }
 
+    /// Calls `f` with the name (as it is written) and the value of each attribute, with character references replaced.
+    pub(crate) fn attributes(&self, mut f: impl FnMut(&str, Cow<'_, str>)) -> Result<(), String> {
+        for attribute in self.start.attributes().with_checks(false) {
+            let attribute = attribute.map_err(|error| error.to_string())?;
+            let value = attribute.normalized_value(XmlVersion::Implicit1_0);
+            f(attribute.key.into_inner(), value.unwrap_or_else(|_| attribute.value.clone()));
+        }
+        Ok(())
+    }
+
     /// The value of an attribute by its name without prefix, with character references replaced. Of two the first.
     pub(crate) fn attribute(&self, name: &str) -> Option<String> {
         let mut attributes = self.start.attributes();
@@ -120,6 +130,8 @@ pub(crate) struct Xml<'a> {
     depth: usize,
     /// The last tag has no content: `<a/>`.
     empty: bool,
+    /// Definitions of a document's type are skipped.
+    with_definitions: bool,
 }
 
 impl<'a> Xml<'a> {
@@ -128,7 +140,12 @@ impl<'a> Xml<'a> {
         let mut reader = Reader::from_str(text);
         // Nothing of the text is used that could contain one.
         reader.config_mut().allow_dangling_amp = true;
-        Self { format, part, text, reader, depth: 0, empty: false }
+        Self { format, part, text, reader, depth: 0, empty: false, with_definitions: false }
+    }
+
+    /// The same for a format whose files have a document type definition: it is skipped, and none of its entities are known.
+    pub(crate) fn with_definitions(self) -> Self {
+        Self { with_definitions: true, ..self }
     }
 
     /// An error at the place that has been reached.
@@ -145,7 +162,9 @@ impl<'a> Xml<'a> {
 
     fn event(&mut self) -> Result<Event<'a>, LoadError> {
         match self.reader.read_event() {
-            Ok(Event::DocType(_)) => Err(self.error("document type definitions are not allowed")),
+            Ok(Event::DocType(_)) if !self.with_definitions => {
+                Err(self.error("document type definitions are not allowed"))
+            }
             Ok(Event::Start(tag)) => {
                 self.depth = self.depth.saturating_add(1);
                 self.empty = false;

@@ -66,6 +66,10 @@ impl EnvironmentCache {
                 if filtered.misses_any_of(levels) {
                     Arc::make_mut(&mut filtered).filter(levels, jobs, level);
                 }
+                if jobs.is_cancelled() {
+                    // It may be unfinished, and no picture is made with it.
+                    return filtered;
+                }
                 self.picture = Some((Arc::clone(picture), Arc::clone(&filtered)));
                 filtered
             }
@@ -95,7 +99,9 @@ fn stored(
         return found;
     }
     let filtered = PrefilteredEnvironment::new(picture, jobs, level);
-    store.put(picture, &filtered.to_bytes());
+    if !jobs.is_cancelled() {
+        store.put(picture, &filtered.to_bytes());
+    }
     filtered
 }
 
@@ -139,6 +145,11 @@ fn of_material(material: &Material, options: &RenderOptions) -> Levels {
     if material.coat > 0.0 {
         let coat = range(material.coat_roughness, material.coat_roughness_texture.is_some());
         levels = levels.with(Levels::for_roughness(coat.0, coat.1));
+        if material.has_scratches() || material.has_swirl() {
+            // Grooves are rougher than the coat.
+            let rougher = if coat.1 > 0.5 { coat.1 } else { 0.5 };
+            levels = levels.with(Levels::for_roughness(coat.0, rougher));
+        }
         // Seen through a rough coat, the base looks rougher (OpenPBR: the fourth powers add up).
         let fourth = |x: f32| (x * x) * (x * x);
         let mut through = (fourth(base.1) + 2.0 * fourth(coat.1)).sqrt().sqrt();

@@ -37,7 +37,7 @@ pub use annotate::{Annotation, names_of_ids};
 pub use builder::RendererBuilder;
 pub use environment::EnvironmentStore;
 pub use flow::optical_flow;
-pub use overcoat_tiles::cancel::Cancellation;
+pub use overcoat_core::jobs::Cancellation;
 pub use overcoat_tiles::clock::Moment;
 pub use overcoat_tiles::edges::Edges;
 pub use overcoat_tiles::ground::Ground;
@@ -64,7 +64,6 @@ pub struct Renderer {
     jobs: Jobs,
     fixed: Fixed,
     memory: Memory,
-    cancellation: Option<Cancellation>,
 }
 
 impl Renderer {
@@ -72,12 +71,7 @@ impl Renderer {
     /// many.
     #[must_use]
     pub fn new(threads: usize) -> Self {
-        Self {
-            jobs: Jobs::new(threads),
-            fixed: Fixed::default(),
-            memory: Memory::default(),
-            cancellation: None,
-        }
+        Self { jobs: Jobs::new(threads), fixed: Fixed::default(), memory: Memory::default() }
     }
 
     /// For a renderer with other settings than those of [`Renderer::new`].
@@ -259,7 +253,7 @@ impl Renderer {
 
     /// Lets somebody stop the pictures that follow; `None`: nobody.
     pub fn cancel_by(&mut self, cancellation: Option<Cancellation>) {
-        self.cancellation = cancellation;
+        self.jobs.cancel_by(cancellation);
     }
 
     /// Draws a picture, as a frame or for a screen.
@@ -286,23 +280,13 @@ impl Renderer {
             return Err(RenderError::FloatingPointMode);
         }
         check_models(scene, options)?;
-        let Self { jobs, fixed, memory, cancellation } = self;
+        let Self { jobs, fixed, memory } = self;
         let options = fixed.among(options);
-        let cancellation = cancellation.as_ref();
         let display = display.map(|display| display.for_lights(!scene.lights().is_empty()));
         let display = display.as_ref();
         let (rays_fit, only_planes) = (false, false);
-        let request = Request {
-            jobs,
-            scene,
-            camera,
-            options: &options,
-            display,
-            cancellation,
-            rays_fit,
-            relief: None,
-            only_planes,
-        };
+        let request =
+            Request { jobs, scene, camera, options: &options, display, rays_fit, relief: None, only_planes };
         jobs.on_worker(|| carry_out(memory, &request))
     }
 }

@@ -162,9 +162,9 @@ pub(super) fn check_limits(frame: &FrameContext<'_>, request: &Request<'_>) -> R
 
 /// Counters of a frame's work within its limits, with what was spent before the tiles.
 pub(super) fn work_of<'a>(frame: &FrameContext<'_>, request: &Request<'a>) -> Work<'a> {
-    let &Request { options, cancellation, .. } = request;
+    let &Request { jobs, options, .. } = request;
     let pixels = frame.grid.pixel_count() as u64;
-    let work = Work::new(&options.limits, pixels, options.shading_groups()).stopped_by(cancellation);
+    let work = Work::new(&options.limits, pixels, options.shading_groups()).stopped_by(jobs.cancellation());
     if let Some(ground) = &frame.ground {
         work.spend(Spent::Shading, ground.units);
     }

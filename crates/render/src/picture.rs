@@ -24,7 +24,6 @@ use overcoat_stages::raster::SamplePattern;
 use overcoat_stages::shade::ShadeContext;
 use overcoat_stages::tile::TileGrid;
 use overcoat_tiles::budget::FrameBudget;
-use overcoat_tiles::cancel::Cancellation;
 use overcoat_tiles::lamps::LightMemory;
 use overcoat_tiles::mirror::{camera_of_mirror, options_of_mirror};
 use overcoat_tiles::options::{RenderError, RenderOptions};
@@ -45,7 +44,6 @@ pub(super) struct Request<'a> {
     /// For a screen; else a frame.
     pub display: Option<&'a DisplayOptions>,
     /// Handle by which the caller may stop it.
-    pub cancellation: Option<&'a Cancellation>,
     /// The number of rays was chosen to be within limits.
     pub rays_fit: bool,
     /// Factors of the light of surfaces, once they are found.
@@ -82,10 +80,7 @@ pub(super) struct Memory {
 impl Request<'_> {
     /// `Ok` if nobody has stopped it.
     pub(super) fn go_on(&self) -> Result<(), RenderError> {
-        match self.cancellation {
-            Some(cancellation) if cancellation.is_cancelled() => Err(RenderError::Cancelled),
-            _ => Ok(()),
-        }
+        if self.jobs.is_cancelled() { Err(RenderError::Cancelled) } else { Ok(()) }
     }
 }
 

@@ -67,7 +67,7 @@ impl TracedRows {
         let works = [false, true].map(|is_free| pass.work.anew(is_free));
         pool.for_each_with_scratch(scratch, jobs, |scratch, number, job| {
             let number = start + number;
-            job.traced.start(0, [0; 2]);
+            job.traced.start(0, [0; 2], 1);
             if is_looked_at(pass, number) {
                 let work = &works[usize::from(!pass.draws(number))];
                 let pass = Pass { purpose: Purpose::Trace, work, ..*pass };

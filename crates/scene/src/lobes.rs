@@ -193,6 +193,6 @@ pub struct Lobes {
     pub occlusion: ReflectionOcclusion,
     /// Flakes in the base.
     pub flakes: Flakes,
-    /// Orange peel and scratches of the coat.
+    /// Orange peel, scratches and swirl marks of the coat.
     pub coat_surface: CoatSurface,
 }

@@ -114,7 +114,8 @@ impl Feature {
             F::Coat => coated,
             F::CoatNormal => {
                 let own = material.coat_normal_texture != material.normal_texture;
-                (coated && own) || material.has_orange_peel() || material.has_scratches()
+                let scratched = material.has_scratches() || material.has_swirl();
+                (coated && own) || material.has_orange_peel() || scratched
             }
             F::CoatAbsorption => coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
             F::CoatColor => coated && medium.color.factor != [1.0; 3],

@@ -1,4 +1,4 @@
-//! Car paint beyond colour and coat: flakes in the base, orange peel and scratches in the coat.
+//! Car paint beyond colour and coat: flakes in the base; orange peel, scratches and swirl marks in the coat.
 //!
 //! None of it is read from textures or needs texture coordinates: it is procedural, in the object's own space, so that
 //! it moves with the object and has the same size all over it. Lengths are metres of the scene (of the object, where
@@ -27,9 +27,14 @@ impl Material {
         self.coat > 0.0 && self.lobes.coat_surface.scratches > 0.0
     }
 
-    /// True if there are flakes, orange peel or scratches.
+    /// True if the coat has swirl marks.
+    pub fn has_swirl(&self) -> bool {
+        self.coat > 0.0 && self.lobes.coat_surface.swirl > 0.0
+    }
+
+    /// True if there are flakes, orange peel, scratches or swirl marks.
     pub fn is_painted(&self) -> bool {
-        self.has_flakes() || self.has_orange_peel() || self.has_scratches()
+        self.has_flakes() || self.has_orange_peel() || self.has_scratches() || self.has_swirl()
     }
 }
 
@@ -72,11 +77,17 @@ group! {
     CoatSurface {
         /// Orange peel: the root mean square of the slopes of its waves along each axis, 0 none to 1. Good paintwork has .005, bad .03.
         peel: f32 = 0.0,
-        /// Length of these waves in metres, [`Flakes::LEAST_SIZE`] or more. Of cars the eye sees those of 1 to 10 millimetres.
+        /// Length of these waves in metres, [`Flakes::LEAST_SIZE`] or more: they are .75 to 2.4 times as long. Of cars the eye sees those of 1 to
+        /// 10 millimetres. The edges that a surface of radius R mirrors are bent and stay whole where the slope is less than a twentieth
+        /// of this length over R.
         peel_size: f32 = 0.005,
-        /// Scratches and swirl marks: share of the coat that they cover, 0 none to 1.
+        /// Scratches: share of the coat that they cover, 0 none to 1.
         scratches: f32 = 0.0,
         /// Length of a scratch in metres, [`Flakes::LEAST_SIZE`] or more.
         scratch_length: f32 = 0.03,
+        /// Swirl marks, as of washing: share of the coat that their fine grooves cover, 0 none to 1. They are seen about the reflections of lights alone.
+        swirl: f32 = 0.0,
+        /// Length of such a groove in metres, [`Flakes::LEAST_SIZE`] or more.
+        swirl_size: f32 = 0.03,
     }
 }

@@ -12,7 +12,7 @@ use overcoat_core::jobs::Jobs;
 use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::{dispatch, dispatch_available};
-use overcoat_scene::{Footing, Scene};
+use overcoat_scene::{Footing, Revision, Scene};
 use overcoat_stages::light::{EnvironmentLight, LUMINANCE};
 use overcoat_stages::shade::{DistantLight, LightOcclusion};
 use overcoat_stages::shadow::{Pyramids, Receiver};
@@ -20,7 +20,7 @@ use std::f32::consts::FRAC_1_PI;
 
 /// Least and most texels along a side of the picture, which has as many as the maps between these. Of 128, those in the middle are
 /// a 96th of [`Footing::radius`] wide: less than those of the maps.
-const SIZES: [u32; 2] = [128, 256];
+const SIZES: [u32; 2] = [64, 256];
 
 /// Distance from its middle to which the floor reaches, in [`Footing::radius`].
 const REACH: f64 = 2.0;
@@ -42,6 +42,8 @@ const TEXEL: u64 = 12;
 #[derive(Debug, Default)]
 pub struct GroundLight {
     known: Option<Known>,
+    /// Place of the floor below the last scene, which all of its vertices decide.
+    below: Option<(Revision, Option<Footing>)>,
     /// Texels along a side.
     size: usize,
     /// Bits of floats, row by row, in each row one colour after the other: irradiance over pi; or one number, what part of its
@@ -74,7 +76,7 @@ impl GroundLight {
             return;
         }
         let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
-        let found = occlusion.and_then(|maps| Some((maps, footing_of(scene, options)?)));
+        let found = occlusion.and_then(|maps| Some((maps, self.place_of(scene, options)?)));
         let known =
             found.map(|((_, maps), footing)| Known { footing, maps, planes, lights: lights.changes() });
         let is_known = std::mem::replace(&mut self.known, known) == known;
@@ -95,8 +97,28 @@ impl GroundLight {
         self.texels.clear();
         self.texels.resize(self.size * self.size * planes, 0);
         pool.jobs.for_each_chunk_mut(&mut self.texels, self.size * planes, |row, texels| {
-            dispatch_available!(level, l => shadows.row(l, row, texels));
+            if !pool.jobs.is_cancelled() {
+                dispatch_available!(level, l => shadows.row(l, row, texels));
+            }
         });
+        if pool.jobs.is_cancelled() {
+            self.known = None;
+        }
+    }
+
+    /// Place of the floor of a scene, which is not looked for again in the same one.
+    fn place_of(&mut self, scene: &Scene, options: &RenderOptions) -> Option<Footing> {
+        if options.ground_under.is_some() {
+            return footing_of(scene, options);
+        }
+        match self.below {
+            Some((revision, footing)) if revision == scene.revision() => footing,
+            _ => {
+                let footing = footing_of(scene, options);
+                self.below = Some((scene.revision(), footing));
+                footing
+            }
+        }
     }
 
     /// Place of the floor, if there is one.
@@ -246,7 +268,9 @@ impl<'a> Shadows<'a> {
         let size = self.size_of_tint();
         let mut tint = vec![0; size * size * 3];
         pool.jobs.for_each_chunk_mut(&mut tint, size * 3, |row, texels| {
-            dispatch_available!(level, l => self.tint_row(l, (row, size), texels));
+            if !pool.jobs.is_cancelled() {
+                dispatch_available!(level, l => self.tint_row(l, (row, size), texels));
+            }
         });
         self.tint = tint;
     }

@@ -33,6 +33,8 @@ struct LampShadows {
     /// Without the sizes of their maps.
     sources: Vec<LampSource>,
     parts: Vec<LampPart>,
+    /// Sources and parts of the picture that is begun, until they are known to be others.
+    asked: (Vec<LampSource>, Vec<LampPart>),
     /// Version of the occluders that the maps were made of, and the size of the environment's maps, which theirs
     /// follow.
     made_of: (u64, usize),
@@ -60,7 +62,7 @@ const LARGEST: usize = 2048;
 /// Texels of all of them, for each along a side of those of the environment.
 const TEXELS: usize = 1 << 15;
 
-/// Parts of a lamp: as many as sixty-fourths of a side of the environment's maps, squared; and at most.
+/// Parts of a lamp: as many as begun sixty-fourths of a side of the environment's maps, squared; and at most.
 const PART: usize = 64;
 const MOST_PARTS: usize = 16;
 
@@ -95,8 +97,10 @@ impl LightMemory {
         }
         let Some((blockers, tinted, made)) = occlusion.occluders(options) else { return Ok(()) };
         let map_size = super::occlusion::asked_for(options).map_size as usize;
-        let (sources, parts) = sources(scene.lights(), &self.areas, parts_of_lamp(map_size));
+        let (mut sources, mut parts) = std::mem::take(&mut shadows.asked);
+        list_sources(scene.lights(), &self.areas, parts_of_lamp(map_size), (&mut sources, &mut parts));
         if shadows.made_of == (made, map_size) && shadows.sources == sources {
+            shadows.asked = (sources, parts);
             return Ok(());
         }
         self.changes += 1;
@@ -215,22 +219,27 @@ fn side(wanted: usize, map_size: usize, maps: usize) -> usize {
 
 /// Parts that a lamp with an extent is taken in.
 fn parts_of_lamp(map_size: usize) -> usize {
-    (map_size / PART).pow(2).clamp(1, MOST_PARTS)
+    map_size.div_ceil(PART).pow(2).clamp(1, MOST_PARTS)
 }
 
-/// Sources of shadows: all lights without extent, then the parts of those with one.
-fn sources(lights: &[Light], areas: &[AreaLight], count: usize) -> (Vec<LampSource>, Vec<LampPart>) {
-    let mut sources: Vec<LampSource> = lights.iter().filter_map(|light| source(&light.kind)).collect();
-    let mut parts = Vec::new();
+/// Lists the sources of shadows: all lights without extent, then the parts of those with one.
+fn list_sources(
+    lights: &[Light],
+    areas: &[AreaLight],
+    count: usize,
+    (sources, parts): (&mut Vec<LampSource>, &mut Vec<LampPart>),
+) {
+    sources.clear();
+    sources.extend(lights.iter().filter_map(|light| source(&light.kind)));
+    parts.clear();
     for (number, area) in areas.iter().enumerate() {
         let first = parts.len();
-        let (radius, cone) = add_parts(number as u32, &area.shape, count, &mut parts);
+        let (radius, cone) = add_parts(number as u32, &area.shape, count, parts);
         sources.extend(parts[first..].iter().map(|part| {
             let place = LampPlace::Near { position: part.position, cone };
             LampSource { place, radius, size: 0, places: 8 }
         }));
     }
-    (sources, parts)
 }
 
 /// A light without extent, as it throws shadows.
@@ -311,7 +320,8 @@ mod tests {
             [(rect(1.0, 1.0), 4.0), (rect(5.0, 0.1), 2.0), (rect(0.1, 5.0), 2.0), (tube, 0.4)]
         {
             for count in [1, 4, 16] {
-                let (_, parts) = sources(&[], &[light], count);
+                let mut parts = Vec::new();
+                list_sources(&[], &[light], count, (&mut Vec::new(), &mut parts));
                 assert!(!parts.is_empty() && parts.len() <= 2 * count);
                 let sum: f32 = parts.iter().map(|part| part.area).sum();
                 assert!((sum / whole - 1.0).abs() < 1e-5, "{sum} of {whole}");

@@ -5,7 +5,6 @@
 
 pub mod aov;
 pub mod budget;
-pub mod cancel;
 pub mod center_place;
 pub mod clock;
 pub mod draws;

@@ -2,8 +2,8 @@
 //! interleaved samples, Segovia et al. 2006) over sums, so that what comes of it is a ratio of sums.
 //!
 //! Weights are a tent of the distance in pixels, times how alike surfaces are in material, plane, normal and roughness. Rays are
-//! turned in a pattern that repeats, and half the width of the tent is its period: a box as wide, taken twice, which weights all of
-//! the pattern alike, wherever it stands, and leaves nothing of it in the picture. More rays have a shorter period, so that
+//! turned in a pattern of blocks that repeats, and half the width of the tent is its period: a box as wide, taken twice, which weights
+//! all of the pattern alike, wherever it stands, and leaves nothing of it in the picture. More rays have a shorter period, so that
 //! what is found is more and more a pixel's own.
 //!
 //! **Invariant:** what is found of a pixel depends on the pixels around it alone, whatever tiles they lie in. No weight reaches further
@@ -16,16 +16,20 @@ use overcoat_core::reuse::reserve_like;
 use overcoat_stages::shade::{Found, TracedLobe};
 use overcoat_stages::tile::TileGrid;
 
-/// Half the width of the widest tent, and pixels beside a tile that are looked at. The widest has one pixel less on each side.
-pub const MARGIN: usize = 8;
+/// Blocks beside a tile that are looked at.
+const BESIDE: usize = 4;
+
+/// Pixels beside a tile that are looked at, at the most.
+pub const MARGIN: usize = 2 * BESIDE;
 
 /// Half the width of the tent for the light of lamps, whose points repeat after two pixels: the edges of shadows stay where they are.
-const OF_LAMPS: usize = 2;
+const OF_LAMPS: f32 = 2.0;
 
-/// Rows of the widest tent.
-const ROWS: usize = 2 * MARGIN - 1;
+/// Blocks along a side of the square that is looked at, and pairs of its rows: sixteen blocks.
+const SIDE: usize = 2 * BESIDE;
+const PAIRS: usize = SIDE / 2;
 
-/// Numbers of a pixel: material, position, normals and alphas, then the sums of each lobe and of lamps.
+/// Numbers of a block: material, position, normals and alphas, then the sums of each lobe and of lamps.
 const MATERIAL: usize = 0;
 const POSITION: usize = 1;
 const NORMALS: [usize; 2] = [4, 7];
@@ -34,23 +38,42 @@ const SUMS: [usize; TracedLobe::COUNT] = [12, 21, 32];
 const LAMPS: usize = 17;
 const NUMBERS: usize = 43;
 
-/// Material of pixels without a surface.
+/// Material of blocks without a surface.
 const NO_MATERIAL: f32 = -1.0;
 
-/// A tent about the middle lane.
+/// Weights of blocks around a pixel, which is the first or the second of its own along each axis. Lanes alternate between the two
+/// rows of a pair.
+type Weights = [[f32; LANES]; PAIRS];
+
+/// A tent over blocks.
 #[derive(Clone, Copy)]
 struct Tent {
-    half_width: usize,
-    weights: [f32; LANES],
+    /// For pixels at each column and row of their block.
+    weights: [[Weights; 2]; 2],
+    /// Weights of their own blocks.
+    own: [[f32; 2]; 2],
 }
 
 impl Tent {
-    fn new(half_width: usize) -> Self {
-        let weight = |lane: usize| {
-            let off = lane.abs_diff(MARGIN);
-            half_width.saturating_sub(off) as f32 / half_width as f32
+    /// A tent of half so many pixels, over blocks of so many pixels along a side.
+    fn new(half_width: f32, block: u32) -> Self {
+        let middle = 0.5 * (block - 1) as f32;
+        let weight = |at: usize, pixel: usize| {
+            let off = (at + pixel) as f32 - BESIDE as f32;
+            let distance = (off * block as f32 + middle - pixel as f32).abs();
+            let weight = 1.0 - distance / half_width;
+            if weight > 0.0 { weight } else { 0.0 }
         };
-        Self { half_width, weights: std::array::from_fn(weight) }
+        let of = |column: usize, row: usize| -> Weights {
+            std::array::from_fn(|pair| {
+                std::array::from_fn(|lane| weight(lane / 2, column) * weight(pair + lane % 2 * PAIRS, row))
+            })
+        };
+        let own = |column: usize, row: usize| weight(BESIDE - column, column) * weight(BESIDE - row, row);
+        Self {
+            weights: each!(row in [0, 1] => each!(column in [0, 1] => of(column, row))),
+            own: each!(row in [0, 1] => each!(column in [0, 1] => own(column, row))),
+        }
     }
 }
 
@@ -71,7 +94,8 @@ impl<'a> Neighbourhood<'a> {
     }
 }
 
-/// The pixels of a tile and those around it, a plane for each of their numbers.
+/// The blocks of a tile and those around it, a plane for each of their numbers. Each block stands there twice: beside the one so many
+/// rows below it that both are read at once, and beside the one as far above.
 #[derive(Debug, Default)]
 pub struct LightWindow {
     planes: Vec<f32>,
@@ -85,29 +109,36 @@ impl LightWindow {
         reserve_like(&mut self.planes, &other.planes);
     }
 
-    /// Fills it with the pixels of a tile, whose corner and size these are, and those around it.
-    pub fn fill(&mut self, of: Neighbourhood<'_>, corner: [u32; 2], size: [u32; 2]) {
-        let [width, height] = size.map(|v| v as usize + 2 * MARGIN);
-        self.stride = width;
-        self.plane = width * height;
-        // Numbers of other windows may stay: only those of pixels with a material are read.
+    /// Fills it with the blocks of a tile, whose corner and size in pixels these are, and those around it.
+    pub fn fill(&mut self, of: Neighbourhood<'_>, corner: [u32; 2], size: [u32; 2], block: u32) {
+        let [width, height] = size.map(|v| v.div_ceil(block) as usize + SIDE);
+        self.stride = 2 * width;
+        self.plane = self.stride * height;
+        // Numbers of other windows may stay: only those of blocks with a material are read.
         self.planes.resize(NUMBERS * self.plane, 0.0);
         self.planes[..self.plane].fill(NO_MATERIAL);
         let picture = [of.grid.width(), of.grid.height()];
-        let first: [u32; 2] = each!(k => corner[k].saturating_sub(MARGIN as u32));
-        let end: [u32; 2] = each!(k => (corner[k] + size[k] + MARGIN as u32).min(picture[k]));
+        let beside = BESIDE as u32 * block;
+        let first: [u32; 2] = each!(k => corner[k].saturating_sub(beside));
+        let end: [u32; 2] = each!(k => (corner[k] + size[k] + beside).min(picture[k]));
         let [left, top, right, bottom] = of.grid.tiles_of_pixels([first[0], first[1], end[0], end[1]]);
         for row in top..bottom {
             for column in left..right {
                 let number = (row * of.grid.columns() + column) as usize;
                 let Some(tile) = of.tile(number) else { continue };
                 let [tile_x, tile_y, w, h] = of.grid.pixels(number);
-                for y in tile_y.max(first[1])..(tile_y + h).min(end[1]) {
-                    for x in tile_x.max(first[0])..(tile_x + w).min(end[0]) {
-                        if let Some((receiver, found)) = tile.shown(x - tile_x, y - tile_y) {
-                            let at = (y as usize + MARGIN - corner[1] as usize) * width
-                                + (x as usize + MARGIN - corner[0] as usize);
+                // Corners of tiles are corners of blocks.
+                let blocks = |from: u32, to: u32| from / block..to.div_ceil(block);
+                for y in blocks(tile_y.max(first[1]), (tile_y + h).min(end[1])) {
+                    for x in blocks(tile_x.max(first[0]), (tile_x + w).min(end[0])) {
+                        if let Some((receiver, found)) = tile.shown(x - tile_x / block, y - tile_y / block) {
+                            let row = (y + BESIDE as u32 - corner[1] / block) as usize;
+                            let column = (x + BESIDE as u32 - corner[0] / block) as usize;
+                            let at = row * self.stride + 2 * column;
                             self.put(at, receiver, found);
+                            if let Some(above) = at.checked_sub(PAIRS * self.stride) {
+                                self.put(above + 1, receiver, found);
+                            }
                         }
                     }
                 }
@@ -115,7 +146,7 @@ impl LightWindow {
         }
     }
 
-    /// Writes one pixel.
+    /// Writes one block.
     #[inline(always)]
     fn put(&mut self, at: usize, of: &Receiver, found: &Found) {
         let Self { planes, plane, .. } = self;
@@ -141,7 +172,7 @@ impl LightWindow {
         }
     }
 
-    /// Sixteen numbers of a row, the first at a place.
+    /// Sixteen numbers of a pair of rows, the first at a place.
     #[inline(always)]
     fn load<L: Lanes>(&self, l: L, number: usize, at: usize) -> L::F {
         let values = &self.planes[number * self.plane + at..];
@@ -153,80 +184,86 @@ impl LightWindow {
 #[derive(Clone, Copy)]
 pub struct LightFilter<'a> {
     window: &'a LightWindow,
+    block: u32,
     rays: Tent,
     lamps: Tent,
 }
 
-/// Likeness of a receiver and sixteen neighbours of a row, lobe by lobe.
+/// Likeness of a receiver and sixteen blocks, lobe by lobe.
 type Likeness<L> = [<L as Lanes>::F; TracedLobe::COUNT];
 
 impl<'a> LightFilter<'a> {
-    /// A filter for rays whose turns repeat after so many pixels, at most [`MARGIN`].
-    pub fn new(window: &'a LightWindow, period: u32) -> Self {
-        let half_width = (period as usize).clamp(1, MARGIN);
-        Self { window, rays: Tent::new(half_width), lamps: Tent::new(OF_LAMPS) }
+    /// A filter for rays whose turns repeat after so many blocks, of so many pixels along a side each.
+    pub fn new(window: &'a LightWindow, period: u32, block: u32) -> Self {
+        let half_width = (period as usize).clamp(1, BESIDE) as f32 * block as f32;
+        Self { window, block, rays: Tent::new(half_width, block), lamps: Tent::new(OF_LAMPS, block) }
     }
 
-    /// Adds to what a group has found what the pixels around its own have, which lies in this column and row of the tile.
+    /// Light of a receiver in this column and row of the tile takes: of what its own group has found, and of what the blocks around its
+    /// own have; and what it has found itself of lobes that take less than all.
     #[inline(always)]
-    pub fn add_neighbours<L: Lanes>(
+    pub fn taken<L: Lanes>(
         &self,
         l: L,
         of: &Receiver,
-        most: Shares,
         [column, row]: [u32; 2],
-        sum: &mut Found,
-    ) {
-        let has_lamps = sum.has_direct();
-        let takes = most.iter().any(|most| *most > 0.0);
-        let reach = self.rays.half_width.max(if has_lamps { OF_LAMPS } else { 1 });
-        if reach < 2 || !(takes || has_lamps) {
-            return;
-        }
-        let [column, row] = [column as usize, row as usize];
-        let place = |line: usize| (row + line + MARGIN + 1 - reach) * self.window.stride + column;
-        let mut weights = [[l.zero(); ROWS]; TracedLobe::COUNT];
-        let mut of_lamps = [l.zero(); ROWS];
-        let lines = 2 * reach - 1;
-        let surroundings = Surroundings::new(l, of, most);
-        for line in 0..lines {
-            let off = line + MARGIN + 1 - reach;
-            let alike = surroundings.of(l, self.window, place(line), off == MARGIN);
-            let own = self.rays.weights[off];
-            let columns = l.load(&self.rays.weights) * own;
+        (own, group): (&Found, &Found),
+    ) -> Found {
+        let (most, has_lamps) = (of.most_taken(), own.has_direct());
+        let [x, y] = [column, row].map(|v| (v % self.block) as usize);
+        let [column, row] = [column / self.block, row / self.block].map(|v| v as usize);
+        let place = |pair: usize| (row + y + pair) * self.window.stride + 2 * (column + x);
+        // The lane of the receiver's own block, and its pair of rows.
+        let lane = 2 * (BESIDE - x) + (BESIDE - y) / PAIRS;
+        let pair_of_own = (BESIDE - y) % PAIRS;
+        let surroundings = Surroundings::new(l, of, most, !(1_u16 << lane));
+        let mut weights = [[l.zero(); PAIRS]; TracedLobe::COUNT];
+        let mut of_lamps = [l.zero(); PAIRS];
+        for pair in 0..PAIRS {
+            let alike = surroundings.of(l, self.window, place(pair), pair == pair_of_own);
+            let rays = l.load(&self.rays.weights[y][x][pair]);
             for lobe in TracedLobe::ALL {
-                let most = most[lobe as usize];
-                weights[lobe as usize][line] = columns * alike[lobe as usize] * most;
+                weights[lobe as usize][pair] = rays * alike[lobe as usize];
             }
-            of_lamps[line] = l.load(&self.lamps.weights) * self.lamps.weights[off] * alike[0];
+            of_lamps[pair] = l.load(&self.lamps.weights[y][x][pair]) * alike[0];
         }
+        let mut taken = *own;
+        let weight = self.rays.own[y][x];
         for lobe in TracedLobe::ALL {
-            if most[lobe as usize] > 0.0 {
-                let weights = &weights[lobe as usize][..lines];
-                self.add_up(l, weights, place, SUMS[lobe as usize], sum.of_rays_mut(lobe));
+            let most = most[lobe as usize];
+            if most > 0.0 {
+                let sums = taken.of_rays_mut(lobe);
+                for (sum, group) in sums.iter_mut().zip(group.of_rays(lobe)) {
+                    *sum = if most < 1.0 { *sum } else { 0.0 } + most * (weight * group);
+                }
+                self.add_up(l, (&weights[lobe as usize], most), place, SUMS[lobe as usize], sums);
             }
         }
         if has_lamps {
-            self.add_up(l, &of_lamps[..lines], place, LAMPS, sum.of_lamps_mut());
+            let weight = self.lamps.own[y][x];
+            let sums = taken.of_lamps_mut();
+            sums.iter_mut().zip(group.of_lamps()).for_each(|(sum, group)| *sum = weight * group);
+            self.add_up(l, (&of_lamps, 1.0), place, LAMPS, sums);
         }
+        taken
     }
 
-    /// Adds the sums of neighbours, which lie in lines at these places, by their weights.
+    /// Adds the sums of blocks, which lie at these places, by their weights.
     #[inline(always)]
     fn add_up<L: Lanes>(
         &self,
         l: L,
-        weights: &[L::F],
+        (weights, most): (&[L::F; PAIRS], f32),
         place: impl Fn(usize) -> usize,
         first: usize,
         sums: &mut [f32],
     ) {
         for (k, sum) in sums.iter_mut().enumerate() {
             let mut all = l.zero();
-            for (line, weight) in weights.iter().enumerate() {
-                all = all + self.window.load(l, first + k, place(line)) * *weight;
+            for (pair, weight) in weights.iter().enumerate() {
+                all = all + self.window.load(l, first + k, place(pair)) * *weight;
             }
-            *sum += added(all.to_array());
+            *sum += most * added(all.to_array());
         }
     }
 }
@@ -248,13 +285,13 @@ struct Surroundings<L: Lanes> {
     alpha: [L::F; 2],
     slopes: [[f32; 2]; 2],
     most: Shares,
-    /// All lanes but that of its own pixel.
+    /// All lanes but that of its own block.
     others: L::M,
 }
 
 impl<L: Lanes> Surroundings<L> {
     #[inline(always)]
-    fn new(l: L, of: &Receiver, most: Shares) -> Self {
+    fn new(l: L, of: &Receiver, most: Shares, others: u16) -> Self {
         Self {
             material: l.splat(of.material as f32),
             position: each!(v in of.position => l.splat(v)),
@@ -263,11 +300,11 @@ impl<L: Lanes> Surroundings<L> {
             alpha: each!(v in of.alpha => l.splat(v)),
             slopes: of.slopes(),
             most,
-            others: l.mask(!(1_u16 << MARGIN)),
+            others: l.mask(others),
         }
     }
 
-    /// Likeness of sixteen pixels; `is_own` says that its own is the middle one of them.
+    /// Likeness of sixteen blocks; `is_own` says that its own is one of them.
     #[inline(always)]
     fn of(&self, l: L, window: &LightWindow, at: usize, is_own: bool) -> Likeness<L> {
         let (zero, one) = (l.zero(), l.splat(1.0));

@@ -8,8 +8,10 @@ use super::traced_scene::TracedScene;
 use overcoat_core::built::Shadows;
 use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_scene::{Revision, Scene};
-use overcoat_stages::light::EnvironmentLight;
-use overcoat_stages::shade::{DistantLight, Emitters, LightOcclusion, LobeSamples, TracedLight};
+use overcoat_stages::light::{EnvironmentLight, LightDirections};
+use overcoat_stages::shade::{
+    ClearSurfaces, DistantLight, Emitters, LightOcclusion, LobeSamples, TracedLight,
+};
 use overcoat_stages::shadow::{Blockers, DepthMaps, TintMaps, Tinted};
 
 /// Maps that are remembered to pass a limit.
@@ -65,19 +67,29 @@ impl OcclusionMemory {
         }
         let limits = &options.limits;
         self.list_blockers(pool, scene, limits).map_err(LightLimit::Maps)?;
-        let lights = distant_lights(environment, asked.maps);
-        if self.lights != lights || self.size != asked.map_size {
-            self.draw_maps(pool, lights, asked.map_size, options).map_err(LightLimit::Maps)?;
+        if pool.jobs.is_cancelled() {
+            return Ok(());
+        }
+        let found = environment.light_directions(asked.maps as usize);
+        // Rays look up from where they come even where nothing shines from afar: surfaces and lamps light each other.
+        let is_needed = asked.rays > 0 || found.fluxes.iter().any(|flux| *flux != [0.0; 3]);
+        let lights = distant_lights(environment, &found).filter(move |_| is_needed);
+        if self.size != asked.map_size || !lights.clone().eq(self.lights.iter().copied()) {
+            self.draw_maps(pool, lights.collect(), asked.map_size, options).map_err(LightLimit::Maps)?;
         }
         if self.samples.len() != asked.rays as usize {
             self.samples = LobeSamples::new(asked.rays);
         }
         // The same triangles may be those of other draws.
-        if asked.rays > 0 && !self.traced.is_of(scene) {
+        if asked.rays > 0 && !self.traced.is_of(scene, limits) && !pool.jobs.is_cancelled() {
             self.traced = TracedScene::default();
             self.traced = TracedScene::of(scene, limits, pool.jobs).map_err(LightLimit::Rays)?;
+            if pool.jobs.is_cancelled() {
+                // Unfinished.
+                self.traced = TracedScene::default();
+            }
         }
-        if asked.rays > 0 {
+        if asked.rays > 0 && !pool.jobs.is_cancelled() {
             self.traced.list_emitters(scene, &mut self.emitters);
         }
         Ok(())
@@ -98,13 +110,17 @@ impl OcclusionMemory {
         self.refused.clear();
         let blockers = Blockers::of_scene(scene, limits, pool.jobs)?;
         let tinted = Tinted::of_scene(scene, limits)?;
+        if pool.jobs.is_cancelled() {
+            // Unfinished: what is known stays that of no scene.
+            return Ok(());
+        }
         if blockers != self.blockers {
             self.moved += 1;
             (self.blockers, self.traced, self.size) = (blockers, TracedScene::default(), 0);
         }
         if tinted != self.tinted {
             self.moved += 1;
-            (self.tinted, self.size) = (tinted, 0);
+            (self.tinted, self.traced, self.size) = (tinted, TracedScene::default(), 0);
         }
         self.of_scene = Some(of_scene);
         Ok(())
@@ -135,6 +151,8 @@ impl OcclusionMemory {
                 (self.maps, self.tints, self.lights, self.size) = (maps, tints, lights, size);
                 Ok(())
             }
+            // Unfinished, and no limit's fault.
+            Err(limit) if jobs.is_cancelled() => Err(limit),
             Err(limit) => {
                 // An environment that turns has ever other directions.
                 if self.refused.len() == MOST_REFUSED {
@@ -172,11 +190,14 @@ impl OcclusionMemory {
     /// Scene that rays are traced in; `None` without rays.
     pub fn traced(&self) -> Option<TracedLight<'_>> {
         let occlusion = self.maps()?;
-        let TracedScene { corners, draws, hierarchy, epsilon, .. } = &self.traced;
+        let TracedScene { corners, draws, hierarchy, epsilon, clear, clear_corners, clear_draws } =
+            &self.traced;
+        let clear = ClearSurfaces { hierarchy: clear, corners: clear_corners, draws: clear_draws };
         (!self.samples.is_empty() && !hierarchy.is_empty()).then_some(TracedLight {
             hierarchy,
             corners,
             draws,
+            clear,
             samples: &self.samples,
             epsilon: *epsilon,
             emitters: &self.emitters,
@@ -189,19 +210,19 @@ impl OcclusionMemory {
 pub fn asked_for(options: &RenderOptions) -> Visibility {
     match options.visibility {
         asked if asked.is_on() || !options.ground.is_seen() => asked,
-        _ => Quality::Fast.visibility().with_rays(0),
+        _ => Quality::Fast.visibility_of([options.width, options.height]).with_rays(0),
     }
 }
 
-/// The directions that an environment's light comes from.
-fn distant_lights(environment: &EnvironmentLight<'_>, count: u32) -> Vec<DistantLight> {
-    let found = environment.light_directions(count as usize);
+/// The directions that an environment's light comes from, of those that were found in its own frame.
+fn distant_lights<'a>(
+    environment: &'a EnvironmentLight<'_>,
+    found: &'a LightDirections,
+) -> impl Iterator<Item = DistantLight> + Clone + 'a {
     let parts = found.directions.iter().zip(&found.fluxes).zip(&found.solid_angles);
-    parts
-        .map(|((direction, flux), solid_angle)| DistantLight {
-            direction: *direction,
-            flux: *flux,
-            solid_angle: *solid_angle,
-        })
-        .collect()
+    parts.map(|((direction, flux), solid_angle)| DistantLight {
+        direction: environment.turned(*direction),
+        flux: *flux,
+        solid_angle: *solid_angle,
+    })
 }

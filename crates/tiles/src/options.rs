@@ -151,7 +151,8 @@ impl RenderOptions {
     /// The default for a picture of this width and height in pixels.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, ..Self::default() }
+        let visibility = Quality::default().visibility_of([width, height]);
+        Self { width, height, visibility, ..Self::default() }
     }
 
     /// Options of a picture of this width and height in pixels that costs least: nothing blocks light, as in
@@ -289,11 +290,12 @@ impl RenderOptions {
         Self { visibility, ..self }
     }
 
-    /// The same with what a tier knows of blocked light, and with its shadings a pixel as far as there are samples for them.
+    /// The same with what a tier knows of blocked light in a picture of this size ([`Quality::visibility_of`]), and with its
+    /// shadings a pixel as far as there are samples for them.
     #[must_use]
     pub fn with_quality(self, quality: Quality) -> Self {
         let shading_rate = if quality.shading_rate() <= self.samples { quality.shading_rate() } else { 1 };
-        Self { visibility: quality.visibility(), shading_rate, ..self }
+        Self { visibility: quality.visibility_of([self.width, self.height]), shading_rate, ..self }
     }
 
     /// Groups of samples that may be shaded apart: the shading rate, or that of narrow edges.

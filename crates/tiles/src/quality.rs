@@ -1,6 +1,13 @@
 //! Levels of quality: the work that a picture is worth.
 
 use overcoat_core::built::Shadows;
+use overcoat_core::math::lanes::LANES;
+
+/// Larger side in pixels from which on a picture of [`Quality::Fast`] has the largest and most maps.
+const WIDE: u32 = 512;
+
+/// Pixels for each texel of a map along a side, where the scene fills the picture.
+const PIXELS_PER_TEXEL: u32 = 4;
 
 /// Settings for the light that other surfaces block and send back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -12,7 +19,8 @@ pub struct Visibility {
     /// Texels along a side of a depth map, [`Visibility::SMALLEST_MAP`] to [`Visibility::LARGEST_MAP`].
     pub map_size: u32,
     /// Rays that each lobe of a surface of a pixel sends for the light of other surfaces, 0 to [`Visibility::MOST_RAYS`]; fewer
-    /// where it is narrow or shows little. Those of neighbouring pixels count together where these are alike. With 0 that light
+    /// where it is narrow or shows little. Those of neighbouring pixels count together where these are alike, and below 32 the rays
+    /// of wide lobes are sent once for the alike surfaces of four pixels. With 0 that light
     /// is estimated from the maps. Of no effect without maps.
     pub rays: u32,
 }
@@ -144,14 +152,30 @@ impl Quality {
         }
     }
 
-    /// Precision of occlusion at this level.
+    /// Precision of occlusion at this level, of a picture of any size.
     #[must_use]
     pub const fn visibility(self) -> Visibility {
         match self {
             Self::Draft => Visibility::NONE,
-            Self::Fast => Visibility::new(64, 128, 0),
+            Self::Fast => Visibility::new(64, WIDE / PIXELS_PER_TEXEL, 0),
             Self::Good => Visibility::new(64, 256, 4),
             Self::Best => Visibility::new(128, 512, 16),
+        }
+    }
+
+    /// Precision of occlusion at this level that a picture of this width and height in pixels shows: of a small one,
+    /// [`Quality::Fast`] has fewer and smaller maps, down to three quarters as many of three quarters of the size.
+    #[must_use]
+    pub fn visibility_of(self, [width, height]: [u32; 2]) -> Visibility {
+        let whole = self.visibility();
+        if self != Self::Fast {
+            return whole;
+        }
+        let side = width.max(height).clamp(WIDE * 3 / 4, WIDE);
+        Visibility {
+            maps: (whole.maps * side).div_ceil(WIDE),
+            map_size: (side / PIXELS_PER_TEXEL).next_multiple_of(LANES as u32),
+            ..whole
         }
     }
 }
@@ -192,6 +216,25 @@ mod tests {
         let expected = [(128, 512), (64, 256), (64, 128), (16, 64)].map(rays);
         assert_eq!((&steps[..4], &steps[4..]), (&expected[..], &[Visibility::NONE][..]));
         assert_eq!(Visibility::new(8, 32, 4).with_less_maps(), Some(Visibility::NONE));
+    }
+
+    /// A smaller picture has no more of anything, one of 512 pixels or more has all.
+    #[test]
+    fn small_pictures_have_fewer_and_smaller_maps() {
+        for quality in Quality::ALL {
+            let all = quality.visibility();
+            for size in [[512, 1], [1, 512], [2048, 512]] {
+                assert_eq!(quality.visibility_of(size), all);
+            }
+            let sides: Vec<Visibility> = (1..=520).map(|side| quality.visibility_of([side, 1])).collect();
+            for pair in sides.windows(2) {
+                assert!(pair[0].maps <= pair[1].maps && pair[0].map_size <= pair[1].map_size);
+                assert_eq!(pair[0].map_size % 16, 0);
+            }
+        }
+        assert_eq!(Quality::Fast.visibility_of([256, 256]), Visibility::new(48, 96, 0));
+        assert_eq!(Quality::Fast.visibility_of([448, 256]), Visibility::new(56, 112, 0));
+        assert_eq!(Quality::Fast.visibility_of([1, 1]), Visibility::new(48, 96, 0));
     }
 
     /// A better tier has no less of anything.

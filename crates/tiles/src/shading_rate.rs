@@ -168,11 +168,14 @@ struct OnScreen<'a> {
 impl OnScreen<'_> {
     /// Change of the unit normal from pixel to pixel, along the axis along which it is more: length squared.
     fn turn(&self) -> f32 {
-        let normals = self.attribute(Mesh::shading_normals).map(|v| {
+        let normals = self.attribute(Mesh::shading_normals);
+        let normals = each!(v in normals => {
             let square = dot(v, v);
-            if square > 0.0 { v.map(|x| x / square.sqrt()) } else { v }
+            let length = if square > 0.0 { square.sqrt() } else { 1.0 };
+            each!(c in v => c / length)
         });
-        let [across, down] = self.changes(&normals).map(|change| dot(change, change));
+        let [across, down] = self.changes(&normals);
+        let [across, down] = [dot(across, across), dot(down, down)];
         if across > down { across } else { down }
     }
 
@@ -184,6 +187,7 @@ impl OnScreen<'_> {
     }
 
     /// A vertex attribute, in the order of the mesh; 0 where there is none.
+    #[inline(always)]
     fn attribute<const N: usize>(&self, of: fn(&Mesh) -> &[[f32; N]]) -> [[f32; N]; 3] {
         let values = of(self.draw.mesh);
         each!(vertex in self.source.screen.vertices() => {
@@ -192,6 +196,7 @@ impl OnScreen<'_> {
     }
 
     /// Change of what the vertices have, per pixel to the right and per pixel down.
+    #[inline(always)]
     fn changes<const N: usize>(&self, own: &[[f32; N]; 3]) -> [[f32; N]; 2] {
         let SourceTriangle { screen, clip, .. } = &self.source;
         let mut corners = match clip {
@@ -204,11 +209,14 @@ impl OnScreen<'_> {
             corners.swap(1, 2);
         }
         let side = |to: i32, from: i32| (to - from) as f32 * (1.0 / SUBPIXELS as f32);
-        let [x1, x2] = [1, 2].map(|k| side(screen.x[k], screen.x[0]));
-        let [y1, y2] = [1, 2].map(|k| side(screen.y[k], screen.y[0]));
+        let [x1, x2] = [side(screen.x[1], screen.x[0]), side(screen.x[2], screen.x[0])];
+        let [y1, y2] = [side(screen.y[1], screen.y[0]), side(screen.y[2], screen.y[0])];
         let area = x1 * y2 - x2 * y1;
-        [(y2, -y1), (-x2, x1)].map(|(u, v)| {
-            each!(k => ((corners[1][k] - corners[0][k]) * u + (corners[2][k] - corners[0][k]) * v) / area)
-        })
+        let sides: [[f32; N]; 2] =
+            [each!(k => corners[1][k] - corners[0][k]), each!(k => corners[2][k] - corners[0][k])];
+        [
+            each!(k => (sides[0][k] * y2 + sides[1][k] * -y1) / area),
+            each!(k => (sides[0][k] * -x2 + sides[1][k] * x1) / area),
+        ]
     }
 }

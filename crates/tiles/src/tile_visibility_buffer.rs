@@ -31,6 +31,8 @@ pub struct TileVisibilityBuffer {
     pub blended: Vec<u32>,
     /// Fragments before they are split.
     whole: Vec<Fragment>,
+    /// For each identity, if its fragments are split, once that is known.
+    finer: Vec<Option<bool>>,
     /// Number of small triangles.
     small: u64,
 }
@@ -65,6 +67,7 @@ impl TileVisibilityBuffer {
         self.discs.reserve_like(&other.discs);
         reserve_like(&mut self.blended, &other.blended);
         reserve_like(&mut self.whole, &other.whole);
+        reserve_like(&mut self.finer, &other.finer);
     }
 }
 
@@ -123,7 +126,12 @@ pub fn list_fragments<L: Lanes>(
     discs.list(frame, identities, fragments);
     if frame.pattern.rate() > 1 {
         let source = TileTriangles { chunks: frame.chunks, identities, discs };
-        let finer = |identity| is_finer(frame, &source, identity);
+        seen.finer.clear();
+        seen.finer.resize(identities.len(), None);
+        let finer = |identity: u32| {
+            let known = &mut seen.finer[identity as usize];
+            *known.get_or_insert_with(|| is_finer(frame, &source, identity))
+        };
         split_fragments(frame.pattern, finer, fragments, &mut seen.whole);
     }
 }

@@ -2,7 +2,7 @@
 
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::{LimitExceeded, Limits};
-use overcoat_scene::{Instance, Mesh, Scene, Transform};
+use overcoat_scene::{Instance, Mesh, PrimitiveKind, Scene, Transform};
 use overcoat_stages::bvh::{Hierarchy, Shared, can_be_shared};
 use overcoat_stages::shade::{Emitters, TracedDraw};
 use overcoat_stages::shadow;
@@ -14,8 +14,11 @@ const EPSILON: f32 = 3e-6;
 /// Bytes that a triangle takes for rays: its corners, and its share of the hierarchy while that is built.
 const BYTES_PER_TRIANGLE: u64 = 200;
 
-/// Triangles that copies of a mesh must have beside the first for it to be kept once: rays through fewer are faster where all of
-/// them are listed.
+/// Up to so many triangles all are listed, whatever meshes stand at several places: rays through those of meshes that are kept once
+/// take several times as long, since corners are placed anew for each.
+const MOST_LISTED: u64 = 1 << 20;
+
+/// Beyond that, triangles that copies of a mesh must have beside the first for it to be kept once.
 const LEAST_COPIED: usize = 1 << 14;
 
 /// Bytes that a place of a mesh takes that is kept once.
@@ -31,6 +34,10 @@ pub struct TracedScene {
     pub hierarchy: Hierarchy,
     /// Distance by which rays start off their surface.
     pub epsilon: f32,
+    /// Clear surfaces, which rays pass: triangles in world space, their draws, their hierarchy.
+    pub clear_corners: Vec<[[f32; 3]; 3]>,
+    pub clear_draws: Vec<TracedDraw>,
+    pub clear: Hierarchy,
 }
 
 /// The draws whose triangles rays can hit: number, mesh, instance.
@@ -40,16 +47,19 @@ fn blocking(scene: &Scene) -> impl Iterator<Item = (u32, &Mesh, &Instance)> {
 }
 
 /// Their numbers, first triangles, and where the corners of these are listed.
-fn numbered(scene: &Scene) -> Vec<TracedDraw> {
+fn numbered(scene: &Scene, limits: &Limits) -> Vec<TracedDraw> {
     let mut places = BTreeMap::<usize, usize>::new();
     for (_, _, instance) in blocking(scene) {
         *places.entry(instance.mesh.index()).or_default() += 1;
     }
+    let most_listed = MOST_LISTED.min(limits.frame_bytes / (4 * BYTES_PER_TRIANGLE));
+    let all = blocking(scene).fold(0_u64, |sum, (_, mesh, _)| sum + mesh.triangles().len() as u64);
     let (mut first, mut listed) = (0_u32, 0_u32);
     let next = |(draw, mesh, instance): (u32, &Mesh, &Instance)| {
         let count = mesh.triangles().len();
         let copies = places.get(&instance.mesh.index()).map_or(0, |places| places - 1);
-        let is_shared = copies.saturating_mul(count) >= LEAST_COPIED && can_be_shared(&instance.transform);
+        let is_copied = all > most_listed && copies.saturating_mul(count) >= LEAST_COPIED;
+        let is_shared = is_copied && can_be_shared(&instance.transform);
         let rows = is_shared.then(|| *instance.transform.rows());
         let own = TracedDraw { draw, first, listed, rows };
         first = first.wrapping_add(count as u32);
@@ -57,6 +67,25 @@ fn numbered(scene: &Scene) -> Vec<TracedDraw> {
         own
     };
     blocking(scene).map(next).collect()
+}
+
+/// The draws of clear surfaces: blended ones, and those that transmit light.
+fn clear(scene: &Scene) -> impl Iterator<Item = (u32, &Mesh, &Instance)> {
+    scene.seen_draws().filter_map(|(draw, instance)| {
+        let mesh = &scene.meshes()[instance.mesh.index()];
+        let is_clear = shadow::tints(&scene.materials()[instance.material.index()]);
+        (is_clear && mesh.kind() == PrimitiveKind::Triangles).then_some((draw, mesh, instance))
+    })
+}
+
+/// Their numbers and first triangles: each is listed where it stands.
+fn clear_numbered(scene: &Scene) -> impl Iterator<Item = TracedDraw> {
+    let mut first = 0_u32;
+    clear(scene).map(move |(draw, mesh, _)| {
+        let own = TracedDraw { draw, first, listed: first, rows: None };
+        first = first.wrapping_add(mesh.triangles().len() as u32);
+        own
+    })
 }
 
 /// Corners of a mesh's triangles, as a transform places them.
@@ -77,7 +106,7 @@ impl TracedScene {
         let what = || "triangles that rays can hit".to_owned();
         let count: u64 = blocking(scene).map(|(_, mesh, _)| mesh.triangles().len() as u64).sum();
         Limits::check(what, count, Hierarchy::MAX_TRIANGLES as u64, "triangles")?;
-        let draws = numbered(scene);
+        let draws = numbered(scene, limits);
         let mut shared = BTreeMap::<usize, Shared>::new();
         let (mut listed, mut places) = (0, 0);
         for (of, (_, mesh, instance)) in draws.iter().zip(blocking(scene)) {
@@ -90,7 +119,11 @@ impl TracedScene {
             }
             listed += if is_known { 0 } else { mesh.triangles().len() as u64 };
         }
-        let bytes = listed.saturating_mul(BYTES_PER_TRIANGLE).saturating_add(places * BYTES_PER_PLACE);
+        let clear_count: u64 = clear(scene).map(|(_, mesh, _)| mesh.triangles().len() as u64).sum();
+        Limits::check(what, clear_count, Hierarchy::MAX_TRIANGLES as u64, "triangles")?;
+        let bytes = (listed + clear_count)
+            .saturating_mul(BYTES_PER_TRIANGLE)
+            .saturating_add(places * BYTES_PER_PLACE);
         Limits::check(what, bytes, limits.frame_bytes, "frame_bytes")?;
         for (mesh, shared) in &mut shared {
             shared.triangles.extend(placed(&scene.meshes()[*mesh], &Transform::IDENTITY));
@@ -117,12 +150,20 @@ impl TracedScene {
         });
         let listed = corners.iter().fold(0.0, larger);
         let largest = of_copies.into_iter().fold(listed, |most, own| if own > most { own } else { most });
-        Ok(Self { corners, draws, hierarchy, epsilon: largest * EPSILON })
+        let mut clear_corners = Vec::new();
+        clear_corners.reserve_exact(clear_count as usize);
+        for (_, mesh, instance) in clear(scene) {
+            clear_corners.extend(placed(mesh, &instance.transform));
+        }
+        let clear = Hierarchy::new(&clear_corners, jobs);
+        let clear_draws = clear_numbered(scene).collect();
+        let epsilon = largest * EPSILON;
+        Ok(Self { corners, draws, hierarchy, epsilon, clear_corners, clear_draws, clear })
     }
 
     /// True if it is that of a scene whose blocking triangles are the same: they may be those of other draws.
-    pub fn is_of(&self, scene: &Scene) -> bool {
-        self.draws == numbered(scene)
+    pub fn is_of(&self, scene: &Scene, limits: &Limits) -> bool {
+        self.draws == numbered(scene, limits) && clear_numbered(scene).eq(self.clear_draws.iter().copied())
     }
 
     /// Lists the triangles that shine, by materials as they are now.

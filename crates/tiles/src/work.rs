@@ -3,11 +3,11 @@
 //! **Invariant:** whether a sum passes its limit depends on the picture alone: not on threads, tiles or instruction sets.
 //! What is counted is therefore defined by pixels, blocks of 4 x 4 pixels and cells of 16 x 16, which lie in one tile each
 //! whatever the tiles' size. Fragments are counted before they are shaded, so that none is shaded beyond a limit. Once a sum has
-//! passed its limit all threads stop: before the next sixteen fragments that they would shade, the next run of at most 4096
-//! triangles of one tile that they would draw, the next 1024 blended triangles or 2^18 blended fragments that they would
-//! list. How far the sums got then depends on timing; the [error](Work::check) does not say it.
+//! passed its limit, or the picture is cancelled, all threads stop: before the next sixteen fragments that they would shade, the
+//! next run of at most 4096 triangles of one tile that they would draw, the next 1024 blended triangles or 2^18 blended fragments
+//! that they would list. How far the sums got then depends on timing; the [error](Work::check) does not say it.
 
-use super::cancel::Cancellation;
+use overcoat_core::jobs::Cancellation;
 use overcoat_core::limits::{LimitExceeded, Limits};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -79,9 +79,6 @@ impl<'a> Work<'a> {
         if before.saturating_add(amount) > self.most[what as usize] {
             self.stopped.store(true, Ordering::Relaxed);
         }
-        if self.cancellation.is_some_and(Cancellation::is_cancelled) {
-            self.stopped.store(true, Ordering::Relaxed);
-        }
         !self.is_stopped()
     }
 
@@ -112,7 +109,7 @@ impl<'a> Work<'a> {
     /// True once a limit is passed, or it was cancelled: nothing more is to be begun.
     #[inline(always)]
     pub fn is_stopped(&self) -> bool {
-        self.stopped.load(Ordering::Relaxed)
+        self.stopped.load(Ordering::Relaxed) || self.cancellation.is_some_and(Cancellation::is_cancelled)
     }
 
     /// Amount of work counted so far.
@@ -181,6 +178,16 @@ mod tests {
         assert!(!work.spend(Spent::Blended, 1));
         assert_eq!(work.check().unwrap_err(), LimitExceeded::beyond("fragments", 5, "fragments"));
         assert!(!work.spend(Spent::Blocks, u64::MAX - 10), "sums do not wrap");
+    }
+
+    /// Work that is under way stops, though nobody counts any before the next tile.
+    #[test]
+    fn cancelled_work_is_stopped_at_once_and_no_limit_is_blamed() {
+        let cancellation = Cancellation::new();
+        let work = Work::new(&Limits::default(), 1, 1).stopped_by(Some(&cancellation));
+        assert!(!work.is_stopped() && !work.anew(false).is_stopped());
+        cancellation.cancel();
+        assert!(work.is_stopped() && work.anew(true).is_stopped() && work.check().is_ok());
     }
 
     #[test]

@@ -73,6 +73,7 @@ codes! {
     TEXTURE Warning::TEXTURE, Warning, "Texture that is missing or damaged, and that the model is drawn without";
     PROGRAM "program", Warning, "Remark of the program on what was asked for, and on the machine";
     LEFT_OUT "parameter-left-out", Warning, "Parameter of materials that the shading model does not have";
+    PAINT_LOST "paint-too-fine", Warning, "Flakes or waves of paint in metres, on a model whose unit seems to be another";
     LESS_LIGHT "light-reduced", Warning, "Blocked light that was found in less detail, to stay within a limit";
     NO_SHADOWS "shadows-left-out", Warning, "Lights that throw no shadow, to stay within a limit";
     NO_EDGES "edges-left-out", Warning, "Edges that are not drawn, to stay within a limit";

@@ -7,6 +7,7 @@ use crate::diagnosis::Diagnosis;
 use crate::failure::Failure;
 use crate::files::AskedFiles;
 use crate::losses::{left_out, limited, losses, texture_losses};
+use crate::model_facts::ModelFacts;
 use crate::model_source::ModelSource;
 use crate::picture_format::PictureFormat;
 use crate::picture_task::{PictureTask, Pixels, RenderedPicture};
@@ -95,13 +96,13 @@ impl Drawing<'_> {
                 let drawn = match plan.format {
                     _ if request.diagnose => self.diagnose(k, &work.name, plan, &mut model),
                     PlannedFormat::Still(format) => {
-                        self.draw_one((k, request, format), &work.name, plan, &model, &mut stages)
+                        self.draw_one((k, request, format), work, plan, &model, &mut stages)
                     }
                     PlannedFormat::Turn(format, turntable) => {
                         let Planned { description, options, .. } = plan;
                         let turn = turntable::Plan { description, options, format, turntable };
                         // Its light has turned.
-                        return self.draw_turn(k, &work.name, &turn, &mut model, &mut stages);
+                        return self.draw_turn(k, work, &turn, &mut model, &mut stages);
                     }
                 };
                 dressed = Some(model);
@@ -233,7 +234,7 @@ impl Drawing<'_> {
         let told = Told {
             width: task.options.width,
             height: task.options.height,
-            triangles: scene.triangle_count(),
+            facts: None,
             peak_rss_bytes: peak_rss_bytes(),
             report: Some(serde_json::to_value(diagnosis).map_err(Failure::failed)?),
             warnings: Vec::new(),
@@ -246,15 +247,19 @@ impl Drawing<'_> {
     fn draw_one(
         &mut self,
         (number, request, format): (usize, &PictureRequest, OutputFormat),
-        name: &str,
+        work: &Work,
         plan: &Planned,
         model: &Dressed,
         stages: &mut Stages,
     ) -> Result<(), Failure> {
         let start = Instant::now();
         let aovs = &plan.aovs;
-        let source =
-            ModelSource { path: name.into(), format: None, options: plan.options.clone(), conversion: None };
+        let source = ModelSource {
+            path: (&work.name).into(),
+            format: None,
+            options: plan.options.clone(),
+            conversion: None,
+        };
         let mut task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
         task.allow_empty = self.start.allow_empty;
         let behind = task.behind_for(format);
@@ -312,7 +317,7 @@ impl Drawing<'_> {
             height: task.options.height,
             warnings: warnings.into_iter().map(|warning| warning.message).collect(),
             stages_ms: serde_json::to_value(&*stages).map_err(Failure::failed)?,
-            triangles: stats.triangles,
+            facts: work.facts.then(|| ModelFacts::new(scene, &pixels, &display)),
             peak_rss_bytes: peak_rss_bytes(),
             report,
         };

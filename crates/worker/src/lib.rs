@@ -20,6 +20,7 @@ pub mod limit_values;
 pub mod losses;
 pub mod memory_bound;
 pub mod message;
+pub mod model_facts;
 pub mod model_source;
 pub mod picture_format;
 pub mod picture_task;

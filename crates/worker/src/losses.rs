@@ -64,8 +64,51 @@ pub fn limited(stats: &RenderStats) -> impl Iterator<Item = Warning> {
     light.into_iter().chain(shadows).chain(edges)
 }
 
-/// Parameters of materials that their shading models do not have: one warning for each model.
+/// Parameters of materials that have no effect: those that shading models do not have, with one warning for each model, and lengths of
+/// paint that are lost on the model.
 pub fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<Item = Warning> {
+    not_known(scene, chosen).chain(lost_paint(scene))
+}
+
+/// Longest side in metres of what is painted one coat, and how often a length of paint goes into it before nobody sees one.
+const LARGEST: f64 = 25.0;
+const FINEST: f64 = 2000.0;
+
+/// Paint whose lengths are metres on a model that is too large to be in metres: files without a unit often count millimetres.
+fn lost_paint(scene: &Scene) -> Option<Warning> {
+    let mut lengths: Vec<(&str, f32)> = Vec::new();
+    for material in scene.materials().iter().filter(|material| material.is_painted() && !material.unlit) {
+        let (flakes, coat) = (&material.lobes.flakes, &material.lobes.coat_surface);
+        for (is_there, key, length) in [
+            (material.has_flakes(), "flake_size", flakes.size),
+            (material.has_orange_peel(), "coat_peel_size", coat.peel_size),
+            (material.has_scratches(), "coat_scratch_length", coat.scratch_length),
+            (material.has_swirl(), "coat_swirl_size", coat.swirl_size),
+        ] {
+            if is_there && !lengths.contains(&(key, length)) {
+                lengths.push((key, length));
+            }
+        }
+    }
+    if lengths.is_empty() {
+        return None;
+    }
+    let longest = scene.bounds().size().into_iter().fold(0.0, f64::max);
+    lengths.retain(|(_, length)| f64::from(*length) * FINEST < longest);
+    if longest <= LARGEST || lengths.is_empty() {
+        return None;
+    }
+    let keys: Vec<&str> = lengths.iter().map(|(key, _)| *key).collect();
+    let told = format!(
+        "the model is {longest:.0} metres long by its numbers, and {} of its paint, in metres, too small to be seen: if the file counts \
+         millimetres, write lengths of paint 1000 times as large, if centimetres 100 times",
+        keys.join(", ")
+    );
+    Some(Warning::new(told).with_code(codes::PAINT_LOST.name))
+}
+
+/// Parameters that shading models do not have.
+fn not_known(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<Item = Warning> {
     ShadingModel::ALL.iter().copied().filter_map(move |model| {
         let mut names: Vec<&str> = Vec::new();
         for material in scene.materials() {
@@ -142,6 +185,29 @@ fn changed_splats(scene: &Scene, display: &DisplayOptions) -> Option<Warning> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A ball of that radius, of flakes of a millimetre.
+    fn flaky(radius: f32) -> Scene {
+        use overcoat_scene::{Instance, Material, Transform, primitives};
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(primitives::sphere(radius, 8).unwrap()).unwrap();
+        let mut paint = Material::default();
+        (paint.lobes.flakes.share, paint.lobes.flakes.size) = (1.0, 0.001);
+        let paint = scene.add_material(paint).unwrap();
+        scene.add_instance(Instance::new(mesh, paint, Transform::IDENTITY)).unwrap();
+        scene
+    }
+
+    #[test]
+    fn paint_in_metres_on_a_model_in_millimetres_is_told() {
+        let told: Vec<Warning> = left_out(&flaky(150.0), None).collect();
+        assert_eq!(told.len(), 1);
+        assert!(told[0].message.contains("300 metres long") && told[0].message.contains("flake_size"));
+        assert!(told[0].message.contains("1000 times") && told[0].code == codes::PAINT_LOST.name);
+        // A car, and a model without paint.
+        assert_eq!(left_out(&flaky(2.3), None).count(), 0);
+        assert_eq!(left_out(&Scene::new(), None).count(), 0);
+    }
 
     #[test]
     fn only_what_a_transparent_picture_cannot_show_is_lost() {

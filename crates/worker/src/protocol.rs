@@ -4,6 +4,7 @@
 //! little-endian), then both. A worker's parent parses nothing but headers, which are bounded.
 
 use crate::failure::Failure;
+use crate::model_facts::ModelFacts;
 use crate::turning::Turn;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -90,6 +91,9 @@ pub struct Work {
     /// Warnings of that converter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
+    /// Tell counts, size and colours of the model with each picture.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub facts: bool,
     /// True if the worker waits for [`ToWorker::Draw`] when it has loaded the model. Else it draws all.
     pub waits: bool,
 }
@@ -209,8 +213,9 @@ pub struct Told {
     pub warnings: Vec<String>,
     /// Milliseconds by stage.
     pub stages_ms: Value,
-    /// Triangles of the model.
-    pub triangles: u64,
+    /// Facts of the model, if they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub facts: Option<ModelFacts>,
     /// Largest memory of the worker so far.
     pub peak_rss_bytes: Option<u64>,
     /// Report as `overcoat render --json` prints it, if it was asked for.

@@ -3,9 +3,10 @@
 use crate::drawing::{Drawing, Dressed};
 use crate::failure::Failure;
 use crate::losses::{clipped, left_out, limited, lost_tint, lowered_exposure, texture_losses};
+use crate::model_facts::ModelFacts;
 use crate::model_source::ModelSource;
 use crate::picture_task::{PictureTask, Pixels, RenderedPicture};
-use crate::protocol::{FromWorker, Told, Turntable};
+use crate::protocol::{FromWorker, Told, Turntable, Work};
 use crate::report::Stages;
 use crate::resources::peak_rss_bytes;
 use crate::turning::Turning;
@@ -43,7 +44,7 @@ impl Drawing<'_> {
     pub(crate) fn draw_turn(
         &mut self,
         number: usize,
-        name: &str,
+        work: &Work,
         plan: &Plan<'_>,
         model: &mut Dressed,
         stages: &mut Stages,
@@ -51,7 +52,7 @@ impl Drawing<'_> {
         let Turntable { frames, fps, turn } = plan.turntable;
         Limits::check(|| "moving picture".to_owned(), frames.into(), self.limits.frames, "frames")
             .map_err(|e| Failure::limit(&e))?;
-        let path = Path::new(name);
+        let path = Path::new(&work.name);
         let source =
             ModelSource { path: path.into(), format: None, options: plan.options.clone(), conversion: None };
         let mut task = PictureTask::new(plan.description.clone(), source, Machine::default(), &self.limits)?;
@@ -65,7 +66,7 @@ impl Drawing<'_> {
             .map_err(|e| Failure::from(e).at(path))?;
         let mut warnings = model.warnings.clone();
         warnings.extend(behind.map(Warning::new));
-        let (mut encoded, mut bytes, mut triangles) = (Vec::new(), 0, 0);
+        let (mut encoded, mut bytes, mut facts) = (Vec::new(), 0, None);
         let mut tint = None;
         for k in 0..frames {
             let eye = turning.pose(k, scene).map_err(|e| Failure::scene(&e).at(path))?;
@@ -82,7 +83,7 @@ impl Drawing<'_> {
                 warnings.extend(task.check_coverage(&task.source, scene, &eye, &stats)?);
                 // The exposure of the first frame holds for all.
                 task.display = task.display.clone().with_exposure(exposure).with_meter(Meter::Never);
-                triangles = stats.triangles;
+                facts = work.facts.then(|| ModelFacts::new(scene, &pixels, &task.display_of(scene)));
             }
             tint = tint.or_else(|| lost_tint(tinted, &task.display));
             let begun = Instant::now();
@@ -107,7 +108,7 @@ impl Drawing<'_> {
             height: task.options.height,
             warnings: warnings.into_iter().map(|warning| warning.message).collect(),
             stages_ms: serde_json::to_value(&*stages).map_err(Failure::failed)?,
-            triangles,
+            facts,
             peak_rss_bytes: peak_rss_bytes(),
             report: None,
         };

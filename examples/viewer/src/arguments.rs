@@ -1,11 +1,12 @@
 //! Arguments of the command line.
 
+use crate::keys::KEYS;
 use overcoat::render::Quality;
 use overcoat::scene::ShadingModel;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-pub const HELP: &str = "\
+const HELP: &str = "\
 Shows a model in a window, drawn by the processor alone
 
 Usage: overcoat-viewer [OPTIONS] [MODEL]
@@ -18,14 +19,13 @@ Usage: overcoat-viewer [OPTIONS] [MODEL]
   --frames N          turns the model so many times, says how fast that was, and ends
 
 In the window:
-  drag                turn             right or Shift drag  move
-  wheel               come closer      click                what is there
-  M, Shift M          next, last shading model
-  Q                   next tier        S                    next number of samples (1, 4, 8, 16)
-  G                   floor            E                    environment: studio, none, seen
-  Space               play animation   R                    back to where it began
-  H                   these keys       Escape               end
 ";
+
+/// Text of `--help`.
+pub fn help() -> String {
+    let keys = KEYS.map(|[key, meaning]| format!("  {key:24}{meaning}\n"));
+    format!("{HELP}{}", keys.concat())
+}
 
 /// Arguments as parsed.
 #[derive(Clone, Debug)]

@@ -8,6 +8,8 @@
 //! drawn again, better, by a thread of its own, which every input stops.
 
 mod arguments;
+mod keys;
+mod overlay;
 mod refinement;
 mod show;
 mod window;
@@ -19,7 +21,7 @@ use winit::event_loop::EventLoop;
 
 fn run() -> Result<(), Box<dyn Error>> {
     let Some(arguments) = Arguments::from_env()? else {
-        print!("{}", arguments::HELP);
+        print!("{}", arguments::help());
         return Ok(());
     };
     let event_loop = EventLoop::with_user_event().build()?;

@@ -5,6 +5,7 @@ use overcoat::render::Cancellation;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 use winit::event_loop::EventLoopProxy;
 
 /// A picture that the thread has drawn, or that there is no better one.
@@ -17,6 +18,8 @@ pub struct Refined {
     pub pixels: Vec<u32>,
     /// Title of the window for it; `None`: no better picture was drawn.
     pub title: Option<String>,
+    /// Time that it took.
+    pub time: Duration,
     pub is_final: bool,
 }
 
@@ -102,12 +105,14 @@ fn work(show: &Mutex<Show>, tasks: &Receiver<Task>, proxy: &EventLoopProxy<Refin
         show.viewport.renderer().cancel_by(Some(cancellation));
         let size = [show.viewport.options().width, show.viewport.options().height];
         pixels.resize(size[0] as usize * size[1] as usize, 0);
+        let start = Instant::now();
         let (title, is_final) = match show.refine(&mut pixels) {
             Ok(Some(drawn)) => (Some(show.title(&drawn)), drawn.is_final),
             Ok(None) => (None, true),
             // Cancelled: the window goes on.
             Err(_) => continue,
         };
-        let _ = proxy.send_event(Refined { state, size, pixels, title, is_final });
+        let time = start.elapsed();
+        let _ = proxy.send_event(Refined { state, size, pixels, title, time, is_final });
     }
 }

@@ -13,8 +13,9 @@ use overcoat::world::{ModelHandle, World};
 use std::error::Error;
 use std::path::Path;
 
-/// Units of work of a picture that moves: a sixtieth of a second on two threads.
-const MOVING: u64 = 33_000_000;
+/// Units of work of a picture that moves: three quarters of a sixtieth of a second on two threads, which leaves room for showing it, and
+/// for machines that are slower.
+const MOVING: u64 = 25_000_000;
 
 /// Environment of the model: its light alone, none at all, or its light and itself in the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,7 +183,11 @@ impl Show {
     pub fn title(&self, drawn: &Drawn) -> String {
         let shading = self.viewport.options().shading.map_or("its materials' models", ShadingModel::name);
         let (quality, samples) = (drawn.level.quality.name(), drawn.level.samples);
-        format!("{} - {shading} - {quality}, {samples} samples - overcoat", self.name)
+        let scaled = match drawn.level.scale {
+            1 => String::new(),
+            scale => format!(", 1 pixel of {}", scale * scale),
+        };
+        format!("{} - {shading} - {quality}, {samples} samples{scaled} - overcoat", self.name)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The window: input in, pictures out.
 
-use crate::arguments::{Arguments, HELP};
+use crate::arguments::Arguments;
+use crate::overlay::{Overlay, Pixels};
 use crate::refinement::{Refined, Refinement};
 use crate::show::{Show, Surroundings};
 use softbuffer::{Context, Surface};
@@ -8,7 +9,7 @@ use std::error::Error;
 use std::num::NonZeroU32;
 use std::path::Path;
 use std::rc::Rc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, StartCause, WindowEvent};
@@ -18,6 +19,10 @@ use winit::window::{Window, WindowId};
 
 /// Pixels that a pointer may move while a button is down and still click.
 const CLICK: f64 = 3.0;
+
+/// Line over the first pictures, and how long it stays.
+const HINT: &str = "H: help";
+const HINT_STAYS: Duration = Duration::from_secs(4);
 
 /// An open window.
 struct Open {
@@ -39,8 +44,15 @@ pub struct Viewer {
     /// Pictures of `--frames` that are drawn, and when the first was.
     frames: u32,
     start: Option<Instant>,
-    /// Title of the window.
+    /// Title of the window, and the time that its picture took.
     title: String,
+    time: Duration,
+    /// The better picture that is shown, without text over it; none while one is drawn at once.
+    shown: Option<Refined>,
+    /// Text over the picture: all keys, or up to a time where they are.
+    overlay: Overlay,
+    helps: bool,
+    hint_until: Option<Instant>,
     failure: Option<Box<dyn Error>>,
 }
 
@@ -61,6 +73,11 @@ impl Viewer {
             frames: 0,
             start: None,
             title: String::new(),
+            time: Duration::ZERO,
+            shown: None,
+            overlay: Overlay::default(),
+            helps: false,
+            hint_until: None,
             failure: None,
         })
     }
@@ -103,43 +120,79 @@ impl Viewer {
         surface.resize(width, height)?;
         let mut show = self.refinement.stop();
         show.viewport.resize(size.width, size.height);
+        let start = Instant::now();
         if let Some(start) = self.playing {
             show.pose(start.elapsed().as_secs_f64())?;
         }
         let mut buffer = surface.buffer_mut()?;
         let drawn = show.draw(&mut buffer)?;
-        let title = show.title(&drawn);
+        self.time = start.elapsed();
+        self.title = show.title(&drawn);
         drop(show);
+        if let Some(old) = self.shown.take() {
+            self.refinement.recycle(old);
+        }
+        let text =
+            Text { helps: self.helps, hints: self.hint_until.is_some(), title: &self.title, time: self.time };
+        text.write(&mut self.overlay, &mut buffer, window);
         buffer.present()?;
-        window.set_title(&title);
-        self.title = title;
+        window.set_title(&self.title);
         if self.playing.is_none() && self.arguments.frames.is_none() {
             self.refinement.begin();
         }
         Ok(())
     }
 
-    /// Shows a better picture, if it is still one of what is shown.
-    fn present(&mut self, refined: Refined) -> Result<(), Box<dyn Error>> {
+    /// Takes over a better picture, if it is still one of what is shown.
+    fn take_over(&mut self, refined: Refined) -> Result<(), Box<dyn Error>> {
+        let Some(Open { window, .. }) = &self.open else { return Ok(()) };
+        let size = window.inner_size();
+        if !self.refinement.is_current(&refined) || refined.size != [size.width, size.height] {
+            self.refinement.recycle(refined);
+            return Ok(());
+        }
+        let is_final = refined.is_final;
+        if let Some(title) = &refined.title {
+            window.set_title(title);
+            self.title.clone_from(title);
+            self.time = refined.time;
+            if let Some(old) = self.shown.replace(refined) {
+                self.refinement.recycle(old);
+            }
+            self.present()?;
+        } else {
+            self.refinement.recycle(refined);
+        }
+        println!("{}", self.title);
+        if !is_final {
+            self.refinement.begin();
+        }
+        Ok(())
+    }
+
+    /// Shows the better picture again, with the text that is over it now; without one, it is drawn anew.
+    fn present(&mut self) -> Result<(), Box<dyn Error>> {
         let Some(Open { window, surface }) = &mut self.open else { return Ok(()) };
         let size = window.inner_size();
-        if self.refinement.is_current(&refined) && refined.size == [size.width, size.height] {
-            if let Some(title) = &refined.title {
-                let mut buffer = surface.buffer_mut()?;
-                buffer.copy_from_slice(&refined.pixels);
-                buffer.present()?;
-                window.set_title(title);
-                self.title.clone_from(title);
-            }
-            println!("{}", self.title);
-            if !refined.is_final {
-                self.refinement.recycle(refined);
-                self.refinement.begin();
-                return Ok(());
-            }
+        let Some(shown) = self.shown.as_ref().filter(|shown| shown.size == [size.width, size.height]) else {
+            window.request_redraw();
+            return Ok(());
+        };
+        let mut buffer = surface.buffer_mut()?;
+        buffer.copy_from_slice(&shown.pixels);
+        let text =
+            Text { helps: self.helps, hints: self.hint_until.is_some(), title: &self.title, time: self.time };
+        text.write(&mut self.overlay, &mut buffer, window);
+        Ok(buffer.present()?)
+    }
+
+    /// Ends the hint when its time is over. Returns until when it stays.
+    fn end_hint(&mut self) -> Result<Option<Instant>, Box<dyn Error>> {
+        if self.hint_until.is_some_and(|until| until <= Instant::now()) {
+            self.hint_until = None;
+            self.present()?;
         }
-        self.refinement.recycle(refined);
-        Ok(())
+        Ok(self.hint_until)
     }
 
     /// A step of `--frames`. True when all are drawn.
@@ -186,6 +239,16 @@ impl Viewer {
     }
 
     fn press(&mut self, key: &Key, event_loop: &ActiveEventLoop) -> Result<(), Box<dyn Error>> {
+        let is_help = match key {
+            Key::Named(NamedKey::F1) => true,
+            Key::Character(text) => matches!(text.as_str(), "h" | "H" | "?"),
+            _ => false,
+        };
+        if is_help {
+            // The picture stays, and so does a better one that is being drawn.
+            (self.helps, self.hint_until) = (!self.helps, None);
+            return self.present();
+        }
         let back = self.modifiers.shift_key();
         let mut show = self.refinement.stop();
         match key {
@@ -209,7 +272,6 @@ impl Viewer {
                     show.surround(next)?;
                 }
                 "r" => show.reset(),
-                "h" => print!("{HELP}"),
                 _ => {}
             },
             _ => {}
@@ -268,6 +330,31 @@ impl Viewer {
     }
 }
 
+/// Text over a picture.
+struct Text<'a> {
+    helps: bool,
+    hints: bool,
+    title: &'a str,
+    time: Duration,
+}
+
+impl Text<'_> {
+    fn write(&self, overlay: &mut Overlay, pixels: &mut [u32], window: &Window) {
+        let (size, scale) = (window.inner_size(), window.scale_factor());
+        let mut on = Pixels { pixels, size: [size.width, size.height] };
+        if self.helps {
+            let mut status: Vec<String> =
+                self.title.split(" - ").filter(|part| *part != "overcoat").map(str::to_owned).collect();
+            if let Some(last) = status.last_mut() {
+                *last = format!("{last}: {:.1} ms", self.time.as_secs_f64() * 1e3);
+            }
+            overlay.help(&mut on, &status, scale);
+        } else if self.hints {
+            overlay.hint(&mut on, HINT, scale);
+        }
+    }
+}
+
 /// Shows a file, and says what is lost of it.
 fn open_file(show: &mut Show, path: &Path) -> Result<(), Box<dyn Error>> {
     let warnings = show.open(path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -277,19 +364,26 @@ fn open_file(show: &mut Show, path: &Path) -> Result<(), Box<dyn Error>> {
 
 impl ApplicationHandler<Refined> for Viewer {
     fn new_events(&mut self, event_loop: &ActiveEventLoop, _: StartCause) {
-        event_loop.set_control_flow(ControlFlow::Wait);
+        match self.end_hint() {
+            Ok(until) => event_loop.set_control_flow(until.map_or(ControlFlow::Wait, ControlFlow::WaitUntil)),
+            Err(error) => self.fail(event_loop, error),
+        }
     }
 
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         match self.open_window(event_loop) {
-            Ok(open) => self.open = Some(open),
+            Ok(open) => {
+                self.open = Some(open);
+                // Measured frames have none.
+                self.hint_until = self.arguments.frames.is_none().then(|| Instant::now() + HINT_STAYS);
+            }
             Err(error) => self.fail(event_loop, error),
         }
         self.redraw();
     }
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, refined: Refined) {
-        if let Err(error) = self.present(refined) {
+        if let Err(error) = self.take_over(refined) {
             self.fail(event_loop, error);
         }
     }

@@ -1,7 +1,7 @@
 //! Seeds of the target `formats`: an extension on a line, and a file of that format.
 
 /// Texts.
-const TEXTS: [(&str, &str); 10] = [
+const TEXTS: [(&str, &str); 12] = [
     (
         "off",
         "off\nSTCNOFF\n4 2 0 # counts\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0\n1 1 0 0 0 1 0 0 1.0\n0 1 0 0 0 1 0.5 1 1\n4 0 1 2 3\n3 0 1 2 255 0 0\n",
@@ -35,6 +35,14 @@ const TEXTS: [(&str, &str); 10] = [
         "sog",
         "sog\n{\"version\":2,\"count\":1,\"means\":{\"mins\":[0,0,0],\"maxs\":[1,1,1],\"files\":[\"a.webp\",\"b.webp\"]},\"scales\":{\"codebook\":[0],\"files\":[\"c.webp\"]},\"quats\":{\"files\":[\"d.webp\"]},\"sh0\":{\"codebook\":[0],\"files\":[\"e.webp\"]}}",
     ),
+    (
+        "wrl",
+        "wrl\n#VRML V2.0 utf8\nPROTO P [ field SFVec3f s 1 1 1 field MFNode n [ ] eventIn SFBool e ] { Group { children [ Shape { geometry Box { size IS s } } Group { children IS n } ] } }\nP { s 2 2 2 n [ P { } ] }\nDEF A Transform { rotation 0 1 0 1 scale 1 2 3 center 1 0 0 children [ Shape { appearance Appearance { material Material { transparency 0.5 shininess 0.1 specularColor 1 1 1 } texture PixelTexture { image 2 1 4 0xff000080 255 } textureTransform TextureTransform { scale 2 2 } } geometry IndexedFaceSet { convex FALSE ccw FALSE creaseAngle 1 colorPerVertex FALSE coord DEF C Coordinate { point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] } color Color { color [ 1 0 0 ] } colorIndex [ 0 ] texCoord TextureCoordinate { point [ 0 0 1 1 ] } texCoordIndex [ 0 1 0 1 ] coordIndex [ 0 1 2 3 -1 ] } } ] }\nTransform { translation 3 0 0 children USE A }\nSwitch { whichChoice 0 choice Shape { geometry Sphere { radius 2 } } }\nLOD { level [ Shape { geometry Cone { } } ] }\nShape { geometry Extrusion { spine [ 0 0 0 0 1 0 1 2 0 ] scale [ 1 1 2 2 ] orientation [ 0 1 0 1 ] } }\nShape { geometry ElevationGrid { xDimension 2 zDimension 2 height [ 0 1 2 3 ] } }\nShape { geometry IndexedLineSet { coord USE C coordIndex [ 0 1 2 -1 ] } }\nShape { geometry PointSet { coord USE C } }\nInline { url \"a.wrl\" }\n",
+    ),
+    (
+        "x3d",
+        "x3d\n<?xml version='1.0'?><!DOCTYPE X3D><X3D><Scene><Group DEF='G'><Shape><Appearance><PhysicalMaterial baseColor='1 0 0' metallic='0'/></Appearance><IndexedTriangleStripSet index='0 1 2 3 -1'><Coordinate point='0 0 0 1 0 0 0 1 0 1 1 0'/><ColorRGBA color='1 0 0 1 0 1 0 1 0 0 1 1 1 1 1 0.5'/></IndexedTriangleStripSet></Shape></Group><Transform translation='2 0 0'><Group USE='G'/></Transform><Shape><TriangleFanSet fanCount='4'><Coordinate point='0 0 0 1 0 0 0 1 0 1 1 0'/></TriangleFanSet></Shape><Shape><Box size='1 2 3'/></Shape><Shape><LineSet vertexCount='2'><Coordinate point='0 0 0 1 0 0'/></LineSet></Shape></Scene></X3D>",
+    ),
     ("ksplat", "ksplat\n\0\u{1}\0\0\u{1}\0\0\0"),
 ];
 
@@ -67,10 +75,41 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
             .to_vec();
     vox.extend(b"XYZI\x0c\0\0\0\0\0\0\0\x02\0\0\0\0\0\0\x01\x01\x01\x01\xd8");
     seeds.push(("vox", vox));
+    seeds.push(("e57", [b"e57\n".to_vec(), e57()].concat()));
+    let words = |list: &[u32]| list.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>();
+    let text = b"{\"POINTS_LENGTH\":1,\"POSITION\":{\"byteOffset\":0},\"RGB\":{\"byteOffset\":12},\"RTC_CENTER\":[0,6378137,0]}";
+    let points = [&b"pnts"[..], &words(&[1, 43 + text.len() as u32, text.len() as u32, 15, 0, 0]), text, &[1; 15]];
+    let points = points.concat();
+    let text = b"{\"INSTANCES_LENGTH\":1,\"POSITION\":{\"byteOffset\":0},\"EAST_NORTH_UP\":true}";
+    let model = b"{\"asset\":{\"version\":\"2.0\"}}";
+    let length = (32 + text.len() + 12 + model.len()) as u32;
+    let head = words(&[1, length, text.len() as u32, 12, 0, 0, 1]);
+    let instances = [&b"i3dm"[..], &head, text, &[0; 12], model].concat();
+    let length = (16 + points.len() + instances.len()) as u32;
+    seeds.push(("cmpt", [b"cmpt\ncmpt", &words(&[1, length, 2])[..], &points, &instances].concat()));
+    seeds.push(("b3dm", [b"b3dm\nb3dm", &words(&[1, 28 + model.len() as u32, 0, 0, 0, 0])[..], model].concat()));
+    seeds.push(("drc", [b"drc\n".to_vec(), super::models::draco_stream(1)].concat()));
     seeds.push(("fbx-binary", [b"fbx\n".to_vec(), fbx()].concat()));
     seeds.push(("las", [b"las\n", &las[..]].concat()));
     seeds.push(("laz", [b"laz\n".to_vec(), laz(&las)].concat()));
     seeds
+}
+
+/// A scan of three points in one page, whose checksum is wrong.
+fn e57() -> Vec<u8> {
+    let xml = "<?xml version='1.0'?><e57Root xmlns:nor='n'><data3D><vectorChild><pose><rotation><w>1</w><z>1</z></rotation><translation><x>5</x></translation></pose><points type='CompressedVector' fileOffset='48' recordCount='3'><prototype><cartesianX type='ScaledInteger' minimum='-9' maximum='9' scale='0.1'/><cartesianY type='Float' precision='single'/><cartesianZ type='Integer' minimum='0' maximum='0'/><colorRed type='Integer' minimum='0' maximum='255'/><colorGreen type='Integer' minimum='0' maximum='255'/><colorBlue type='Integer' minimum='0' maximum='255'/><cartesianInvalidState type='Integer' minimum='0' maximum='2'/></prototype></points></vectorChild></data3D><images2D><vectorChild/></images2D></e57Root>";
+    let sizes: [u16; 7] = [2, 12, 0, 3, 3, 3, 1];
+    let content: u16 = sizes.iter().sum();
+    let length = (6 + 14 + content).next_multiple_of(4);
+    let mut packet = vec![1, 0];
+    packet.extend([length - 1, 7].iter().chain(&sizes).flat_map(|v| v.to_le_bytes()));
+    packet.resize(length.into(), 5);
+    let longs = |list: &[u64]| list.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>();
+    let section = [vec![1, 0, 0, 0, 0, 0, 0, 0], longs(&[32 + u64::from(length), 80, 0]), packet].concat();
+    let place = 48 + section.len() as u64;
+    let mut file = b"ASTM-E57\x01\0\0\0\0\0\0\0".to_vec();
+    file.extend(longs(&[4096, place, xml.len() as u64, 4096]));
+    [file, section, xml.as_bytes().to_vec()].concat()
 }
 
 /// Points of format 0 inside LASzip's compression: the first as it is, and bits that stand for more.

@@ -190,7 +190,7 @@ fn meshopt() -> Model {
 }
 
 /// The strip as a stream of Draco, by an encoding (0: sequential, 1: edgebreaker).
-fn draco(method: i32) -> Model {
+pub fn draco_stream(method: i32) -> Vec<u8> {
     let mut mesh = Mesh::new();
     mesh.set_num_points(6);
     let mut attribute = PointAttribute::new();
@@ -207,8 +207,13 @@ fn draco(method: i32) -> Model {
     encoder.set_mesh(mesh);
     let mut stream = EncoderBuffer::new();
     encoder.encode(&options, &mut stream).expect("a strip can be encoded");
+    stream.data().to_vec()
+}
+
+/// The strip as a primitive of such a stream.
+fn draco(method: i32) -> Model {
     let mut model = Model::new();
-    let view = model.view(stream.data());
+    let view = model.view(&draco_stream(method));
     model.push("accessors", json!({"componentType": FLOAT, "count": 6, "type": "VEC3"}));
     model.push("accessors", json!({"componentType": 5123, "count": 12, "type": "SCALAR"}));
     model.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);

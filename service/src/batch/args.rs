@@ -5,6 +5,7 @@ use clap::Args;
 use overcoat::frame::Aov;
 use overcoat_cli::args::{DrawArgs, EncodingArgs};
 use overcoat_cli::value_parsers;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// `overcoat batch`
@@ -61,6 +62,20 @@ pub struct BatchArgs {
     /// pictures]
     #[arg(long, value_name = "FILE", help_heading = "Batch")]
     pub report: Option<PathBuf>,
+
+    /// At the end, write the report as a table, a row for each picture: names, hashes, sizes, counts, extents, colours, warnings, errors
+    /// (.parquet, .csv)
+    #[arg(long, value_name = "FILE", help_heading = "Batch")]
+    pub catalogue: Option<PathBuf>,
+
+    /// Leave out models that have not changed since: a date (2026-11-01, 2026-11-01T12:00:00Z), a duration before now (36h, 7days), or a
+    /// file, whose own time counts. Of a model the file itself is looked at, not those that it refers to
+    #[arg(long, value_name = "WHEN", help_heading = "Batch")]
+    pub changed_since: Option<String>,
+
+    /// Show the progress at this address as a page (/status.json for programs), as 127.0.0.1:8090
+    #[arg(long, value_name = "ADDRESS:PORT", help_heading = "Batch")]
+    pub status: Option<SocketAddr>,
 
     /// Go on with the report that is there: pictures that were made of the same are kept
     #[arg(long, help_heading = "Batch")]

@@ -1,11 +1,12 @@
 //! Items of a batch: models and their pictures, from a manifest, a folder or a prefix.
 
-use crate::place::{Place, is_url};
+use crate::place::{Listed, Place, is_url};
 use overcoat::load::Format;
 use overcoat_worker::protocol::PictureRequest;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::SystemTime;
 
 /// A model and the pictures of it.
 #[derive(Clone, Debug)]
@@ -16,6 +17,8 @@ pub struct Item {
     pub name: String,
     /// The model as the report names it.
     pub shown: String,
+    /// Time of its last change, where that is known already.
+    pub modified: Option<SystemTime>,
     /// Pictures to make of it.
     pub pictures: Vec<Wanted>,
 }
@@ -129,11 +132,12 @@ impl Defaults {
 
     /// An item of a folder or a prefix.
     #[must_use]
-    pub fn item(&self, place: &Place, name: &str) -> Item {
+    pub fn item(&self, place: &Place, Listed { name, modified }: &Listed) -> Item {
         Item {
             place: place.clone(),
-            name: name.to_owned(),
-            shown: name.to_owned(),
+            name: name.clone(),
+            shown: name.clone(),
+            modified: *modified,
             pictures: self.pictures(name, &Map::new()),
         }
     }
@@ -167,7 +171,7 @@ impl Defaults {
             }
             Some(other) => return Err(format!("pictures: expected a list of objects, got {other}")),
         };
-        Ok(Item { place, name, shown: model, pictures })
+        Ok(Item { place, name, shown: model, modified: None, pictures })
     }
 
     fn each_request(&mut self, change: impl Fn(&mut PictureRequest)) {

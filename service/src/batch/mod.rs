@@ -1,17 +1,22 @@
 //! `overcoat batch`: many models, their pictures and a report of each.
 
 pub mod args;
+pub mod catalogue;
 pub mod items;
 pub mod manifest;
+pub mod parquet;
 pub mod report;
 mod run;
 pub mod shard;
+pub mod since;
+pub mod watch;
 
 use crate::common::Common;
-use crate::place::{Place, is_url};
+use crate::place::{Listed, Place, is_url};
 use crate::pool::{Pool, PoolOptions};
 use crate::serve::rules::Rules;
 use args::BatchArgs;
+use catalogue::CatalogueFormat;
 use futures_util::StreamExt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use items::{Defaults, Item, Presets, is_model};
@@ -26,7 +31,8 @@ use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
+use watch::Watch;
 
 /// Does a batch. Returns the exit code: 0, 1 if a picture was not made (unless that is allowed). A batch whose pictures were not
 /// the same when drawn again ends with 4.
@@ -46,9 +52,24 @@ pub async fn run(args: &BatchArgs) -> Result<u8, (u8, String)> {
     };
     let to = Place::new(&args.output).map_err(usage)?;
     let presets = presets(args, &common).map_err(usage)?;
+    let since = match &args.changed_since {
+        Some(text) => {
+            Some(since::time_of(text, SystemTime::now()).map_err(|e| usage(format!("--changed-since {e}")))?)
+        }
+        None => None,
+    };
+    let catalogue = args.catalogue.as_ref().map(|path| {
+        let format = CatalogueFormat::of(path).ok_or("expected a name that ends in .parquet or .csv")?;
+        Ok((path, format))
+    });
+    let catalogue = catalogue.transpose().map_err(|e: &str| usage(format!("--catalogue {e}")))?;
+    let page = match args.status {
+        Some(address) => Some(watch::listen(address).await.map_err(|message| (1, message))?),
+        None => None,
+    };
     let items = Source::open(args, presets, &common.converters).await.map_err(|message| (1, message))?;
-    let (report, previous) =
-        Report::open(&report_path(args, &to, shard)?, args.resume).map_err(|message| (1, message))?;
+    let report_path = report_path(args, &to, shard)?;
+    let (report, previous) = Report::open(&report_path, args.resume).map_err(|message| (1, message))?;
     let pool = |common: &Common, other: bool| pool_options(args, common, other).map(Pool::new);
     let batch = Batch {
         pool: pool(&common, false)?,
@@ -59,8 +80,16 @@ pub async fn run(args: &BatchArgs) -> Result<u8, (u8, String)> {
         report,
         previous,
         verify: args.verify,
+        since,
+        watch: Arc::new(Watch::new(items.count)),
         ledger: Ledger::default(),
     };
+    if let Some(listener) = page {
+        if let (false, Ok(address)) = (args.draw.report.quiet, listener.local_addr()) {
+            eprintln!("progress at http://{address}/");
+        }
+        tokio::spawn(watch::serve(listener, Arc::clone(&batch.watch), Arc::clone(&batch.ledger.tally)));
+    }
     let stopped = stop_on_signals();
     let bar = progress(args, items.count);
     let failure = Mutex::new(None);
@@ -82,12 +111,19 @@ pub async fn run(args: &BatchArgs) -> Result<u8, (u8, String)> {
         if let Err(message) = done {
             fail(message);
         }
+        batch.watch.model_done();
         bar.set_message(told(&batch.ledger.tally));
         bar.inc(1);
     })
     .await;
     bar.finish_and_clear();
     batch.pool.end_idle();
+    if let Some((path, format)) = catalogue {
+        let records = report::last_records(&report_path);
+        records
+            .and_then(|records| catalogue::write(path, format, &records))
+            .map_err(|message| (1, message))?;
+    }
     if let Some(message) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err((1, message));
     }
@@ -103,7 +139,7 @@ struct Source {
 }
 
 enum Rows {
-    Listed(Place, std::vec::IntoIter<String>),
+    Listed(Place, std::vec::IntoIter<Listed>),
     Manifest(Manifest),
 }
 
@@ -123,7 +159,10 @@ impl Source {
             return Ok(Self { defaults, rows: Rows::Manifest(Manifest::open(path)?), count });
         }
         if let Some((folder, name)) = model_of(args, converters) {
-            let rows = Rows::Listed(Place::new(folder)?, vec![name.to_owned()].into_iter());
+            let rows = Rows::Listed(
+                Place::new(folder)?,
+                vec![Listed { name: name.to_owned(), modified: None }].into_iter(),
+            );
             return Ok(Self { defaults, rows, count: Some(1) });
         }
         if !is_url(&args.input) && !path.is_dir() {
@@ -135,8 +174,9 @@ impl Source {
             return Err(format!("{}: {what}", args.input));
         }
         let place = Place::new(&args.input)?;
-        let is_one = |name: &String| is_model(name) || converters.of_name(Path::new(name)).is_some();
-        let names: Vec<String> = place.list().await?.into_iter().filter(is_one).collect();
+        let is_one =
+            |Listed { name, .. }: &Listed| is_model(name) || converters.of_name(Path::new(name)).is_some();
+        let names: Vec<Listed> = place.list().await?.into_iter().filter(is_one).collect();
         if names.is_empty() {
             return Err(format!("{}: no models are in it", args.input));
         }
@@ -209,6 +249,7 @@ fn pool_options(args: &BatchArgs, common: &Common, other: bool) -> Result<PoolOp
         program,
         start,
         workers: if other { 1 } else { args.workers() },
+        spare: 0,
         time: args.limits.time(),
         works_of_one: if other { 1 } else { args.models_of_worker },
         most_output: 1 << 31,
@@ -288,11 +329,12 @@ fn told(tally: &Tally) -> String {
 fn summary(args: &BatchArgs, tally: &Tally, time: Duration, stopped: bool) -> Result<u8, (u8, String)> {
     let of = |count: &std::sync::atomic::AtomicU64| count.load(Relaxed);
     let (drawn, copied, kept) = (of(&tally.drawn), of(&tally.copied), of(&tally.kept));
+    let unchanged = of(&tally.unchanged);
     let (failed, verified, differ, warned) =
         (of(&tally.failed), of(&tally.verified), of(&tally.differ), of(&tally.warned));
     if args.draw.report.json {
         let summary = json!({
-            "drawn": drawn, "copied": copied, "kept": kept, "failed": failed, "warned": warned,
+            "drawn": drawn, "copied": copied, "kept": kept, "unchanged": unchanged, "failed": failed, "warned": warned,
             "verified": verified, "differ": differ, "stopped": stopped, "seconds": time.as_secs_f64(),
         });
         println!("{summary:#}");
@@ -301,6 +343,7 @@ fn summary(args: &BatchArgs, tally: &Tally, time: Duration, stopped: bool) -> Re
         for (count, what) in [
             (copied, "copied from their like"),
             (kept, "kept"),
+            (unchanged, "of models that have not changed"),
             (verified, "drawn twice"),
             (warned, "with warnings"),
             (failed, "failed"),

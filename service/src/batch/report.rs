@@ -2,9 +2,10 @@
 
 use crate::files::Needed;
 use crate::pool::WorkError;
+use overcoat_worker::model_facts::ModelFacts;
 use overcoat_worker::protocol::{FailureClass, FailureReport};
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -37,6 +38,9 @@ pub struct Record {
     /// Milliseconds by stage, of pictures that were drawn.
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub stages_ms: serde_json::Value,
+    /// Counts, size and colours of the model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub facts: Option<ModelFacts>,
     /// Losses in the picture, a line each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
@@ -46,6 +50,15 @@ pub struct Record {
     /// Reason why there is no picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<RecordError>,
+}
+
+impl Record {
+    /// Time of all stages to a microsecond, of pictures that were drawn.
+    #[must_use]
+    pub fn milliseconds(&self) -> Option<f64> {
+        let sum: f64 = self.stages_ms.as_object()?.values().filter_map(serde_json::Value::as_f64).sum();
+        Some((sum * 1000.0).round() / 1000.0)
+    }
 }
 
 /// A file that was written.
@@ -72,6 +85,19 @@ pub enum Status {
     /// There is none.
     #[default]
     Failed,
+}
+
+impl Status {
+    /// Name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Drawn => "drawn",
+            Self::Copied => "copied",
+            Self::Kept => "kept",
+            Self::Failed => "failed",
+        }
+    }
 }
 
 /// Reason why there is no picture.
@@ -113,6 +139,23 @@ pub enum ErrorKind {
 }
 
 impl ErrorKind {
+    /// Name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Failed => "failed",
+            Self::Usage => "usage",
+            Self::Limit => "limit",
+            Self::Memory => "memory",
+            Self::Timeout => "timeout",
+            Self::Died => "died",
+            Self::NoWorker => "no_worker",
+            Self::Write => "write",
+            Self::Differs => "differs",
+        }
+    }
+
     /// True if the environment is at fault and not the model, so that another try may do better: a store, a disk,
     /// workers that cannot be started.
     #[must_use]
@@ -191,6 +234,21 @@ impl Report {
     }
 }
 
+/// The last record of each picture of a report, by the names of the pictures.
+///
+/// # Errors
+/// One line.
+pub fn last_records(path: &Path) -> Result<Vec<Record>, String> {
+    let about = |e: std::io::Error| format!("{}: {e}", path.display());
+    let mut pictures = BTreeMap::new();
+    for line in BufReader::new(File::open(path).map_err(about)?).split(b'\n') {
+        if let Ok(record) = serde_json::from_slice::<Record>(&line.map_err(about)?) {
+            pictures.insert(record.out.clone(), record);
+        }
+    }
+    Ok(pictures.into_values().collect())
+}
+
 /// Waits until no other process adds to a report. One whose parent was killed may still be at work on the same: what it makes is
 /// kept, and not made twice.
 fn wait_for_others(file: &File, path: &Path) -> std::io::Result<()> {
@@ -244,6 +302,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn names_are_those_of_the_report() {
+        for status in [Status::Drawn, Status::Copied, Status::Kept, Status::Failed] {
+            assert_eq!(serde_json::json!(status), status.name());
+        }
+        for kind in [
+            ErrorKind::Read,
+            ErrorKind::Failed,
+            ErrorKind::Usage,
+            ErrorKind::Limit,
+            ErrorKind::Memory,
+            ErrorKind::Timeout,
+            ErrorKind::Died,
+            ErrorKind::NoWorker,
+            ErrorKind::Write,
+            ErrorKind::Differs,
+        ] {
+            assert_eq!(serde_json::json!(kind), kind.name());
+        }
+    }
+
+    #[test]
     fn a_report_goes_on_where_it_was_cut() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a/report.jsonl");
@@ -265,6 +344,11 @@ mod tests {
         assert_eq!(std::fs::metadata(&path).unwrap().len(), whole as u64);
         report.add(&record("d", Status::Drawn)).unwrap();
         drop(report);
+        let last: Vec<(String, Status)> =
+            last_records(&path).unwrap().into_iter().map(|record| (record.out, record.status)).collect();
+        let expected =
+            [("a", Status::Drawn), ("b", Status::Failed), ("c", Status::Failed), ("d", Status::Drawn)];
+        assert_eq!(last, expected.map(|(out, status)| (out.to_owned(), status)));
         let (_, previous) = Report::open(&path, true).unwrap();
         assert!(previous.picture("d").is_some());
         let (_, previous) = Report::open(&path, false).unwrap();

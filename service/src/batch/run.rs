@@ -2,6 +2,8 @@
 
 use super::items::{Item, Wanted};
 use super::report::{ErrorKind, Previous, Record, RecordError, Report, Status, WrittenFile};
+use super::since::has_changed;
+use super::watch::Watch;
 use crate::files::{Files, Needed};
 use crate::key::{Keys, hash_of};
 use crate::place::{Place, PlaceFiles};
@@ -11,7 +13,8 @@ use overcoat_worker::protocol::{Missing, Work};
 use serde_json::Value;
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
 use tokio::sync::watch;
 
 /// State that all models of a batch share.
@@ -32,6 +35,10 @@ pub struct Batch {
     pub largest_input: u64,
     /// Share of the pictures that is drawn again for verification, 0 to 1.
     pub verify: f64,
+    /// Models that have not changed since then are not drawn.
+    pub since: Option<SystemTime>,
+    /// State for those who watch.
+    pub watch: Arc<Watch>,
     /// State of this run.
     pub ledger: Ledger,
 }
@@ -46,7 +53,7 @@ pub struct Ledger {
     /// Names of pictures, so that none is written twice.
     names: Mutex<HashSet<[u8; 16]>>,
     /// Counts.
-    pub tally: Tally,
+    pub tally: Arc<Tally>,
 }
 
 /// Counts of pictures by outcome.
@@ -58,6 +65,8 @@ pub struct Tally {
     pub copied: AtomicU64,
     /// There already.
     pub kept: AtomicU64,
+    /// Left out, since their models have not changed.
+    pub unchanged: AtomicU64,
     /// Not made.
     pub failed: AtomicU64,
     /// Failures that are no fault of the model's.
@@ -89,6 +98,16 @@ impl Batch {
     /// # Errors
     /// One line, if the report cannot be written: the batch ends then.
     pub async fn item(&self, item: &Item) -> Result<(), String> {
+        if let Some(since) = self.since {
+            let modified = match item.modified {
+                None => item.place.modified(&item.name).await,
+                known => known,
+            };
+            if !has_changed(modified, since) {
+                self.ledger.tally.unchanged.fetch_add(item.pictures.len() as u64, Relaxed);
+                return Ok(());
+            }
+        }
         let (pictures, doubled): (Vec<&Wanted>, Vec<&Wanted>) =
             item.pictures.iter().partition(|wanted| self.ledger.takes_name(&wanted.out));
         for wanted in doubled {
@@ -138,7 +157,13 @@ impl Batch {
     /// Lets a worker load the model, and draws those of the pictures that nobody else does.
     async fn drawn(&self, job: &Job<'_>, pictures: Vec<&Wanted>) -> Result<(), String> {
         let requests = pictures.iter().map(|wanted| wanted.request.clone()).collect();
-        let work = Work { name: job.item.name.clone(), pictures: requests, waits: true, ..Work::default() };
+        let work = Work {
+            name: job.item.name.clone(),
+            pictures: requests,
+            facts: true,
+            waits: true,
+            ..Work::default()
+        };
         let fail_all = |error: RecordError| {
             pictures.iter().try_for_each(|wanted| self.fail(job.item, wanted, error.clone()))
         };
@@ -223,6 +248,7 @@ impl Batch {
         record.size = Some([told.width, told.height]);
         record.warnings = told.warnings;
         record.stages_ms = told.stages_ms;
+        record.facts = told.facts;
         let mut all = Vec::new();
         if let Some(report) = told.report {
             let text = serde_json::to_vec_pretty(&sidecar(report)).unwrap_or_default();
@@ -268,6 +294,7 @@ impl Batch {
             key: source.key.clone(),
             needed: source.needed.clone(),
             size: source.size,
+            facts: source.facts.clone(),
             warnings: source.warnings.clone(),
             ..job.record(wanted)
         };
@@ -367,6 +394,7 @@ impl Batch {
         if !record.warnings.is_empty() {
             tally.warned.fetch_add(1, Relaxed);
         }
+        self.watch.note(record);
         self.report.add(record)
     }
 

@@ -64,6 +64,7 @@ impl Server {
             program,
             start,
             workers: args.workers,
+            spare: 0,
             time,
             works_of_one: 100,
             most_output: 1 << 28,

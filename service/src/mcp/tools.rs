@@ -1,5 +1,6 @@
 //! The tools: names, sentences, and schemas of their arguments, of the one table of options.
 
+use overcoat::load::NamedEnvironment;
 use overcoat_description::DescriptionOption;
 use rmcp::model::{JsonObject, Tool, ToolAnnotations};
 use serde_json::{Map, Value, json};
@@ -96,7 +97,7 @@ fn options_schema() -> Value {
     };
     add("size", "Pixels of a side, or WIDTHxHEIGHT.".to_owned(), vec![]);
     add("format", "Format of the picture.".to_owned(), vec!["png", "webp", "jpg"]);
-    add("env", "Light around the model.".to_owned(), vec!["studio", "none"]);
+    add("env", "Light around the model.".to_owned(), NamedEnvironment::names().collect());
     add("material", "A built-in material over the whole model.".to_owned(), vec![]);
     for option in DescriptionOption::all() {
         if let Some(name) = option.request_name() {

@@ -26,6 +26,13 @@ impl TimeLimits {
         let seconds = Duration::from_secs_f64;
         Self { processor: seconds(processor), wall: seconds(wall.unwrap_or(10.0 * processor)) }
     }
+
+    /// Limits of the work on so many pictures of one model.
+    #[must_use]
+    pub fn times(self, pictures: u32) -> Self {
+        let times = |time: Duration| time.saturating_mul(pictures.max(1));
+        Self { processor: times(self.processor), wall: times(self.wall) }
+    }
 }
 
 /// A time limit that was passed.

@@ -30,6 +30,8 @@ pub struct PoolOptions {
     pub start: Start,
     /// Number of workers, at least 1.
     pub workers: usize,
+    /// Number of further workers, which end with their work.
+    pub spare: usize,
     /// Time limits of the work on one model.
     pub time: TimeLimits,
     /// Models that a worker draws before it is replaced by a new one, at least 1.
@@ -38,6 +40,13 @@ pub struct PoolOptions {
     pub most_output: u64,
     /// Converters of formats that workers do not read.
     pub converters: Arc<Registry>,
+}
+
+impl PoolOptions {
+    /// Processes that draw at a time, at most.
+    fn processes(&self) -> usize {
+        self.workers.max(1) + self.spare
+    }
 }
 
 /// Reason why work was not done.
@@ -106,7 +115,7 @@ impl Pool {
     /// Workers are started when there is work for them.
     #[must_use]
     pub fn new(options: PoolOptions) -> Self {
-        let permits = Semaphore::new(options.workers.max(1));
+        let permits = Semaphore::new(options.processes());
         let conversions = Conversions::new(&options);
         Self { options, permits, conversions, idle: Mutex::default(), counters: Counters::default() }
     }
@@ -120,7 +129,7 @@ impl Pool {
     /// Number of workers that have work now.
     #[must_use]
     pub fn busy(&self) -> usize {
-        self.options.workers.max(1).saturating_sub(self.permits.available_permits())
+        self.options.processes().saturating_sub(self.permits.available_permits())
     }
 
     /// Waits for a worker and lets it load a model, whose files come from `files`; `meter` learns the time that it takes.
@@ -134,8 +143,23 @@ impl Pool {
         files: &'a dyn Files,
         meter: &'a Meter,
     ) -> Result<Loaded<'a>, WorkError> {
+        self.load_within(self.options.time, work, model, files, meter).await
+    }
+
+    /// [`Self::load`] with time limits of its own.
+    ///
+    /// # Errors
+    /// [`WorkError`].
+    pub async fn load_within<'a>(
+        &'a self,
+        time: TimeLimits,
+        work: &Work,
+        model: &[u8],
+        files: &'a dyn Files,
+        meter: &'a Meter,
+    ) -> Result<Loaded<'a>, WorkError> {
         let made = self.converted(&work.name, model).await?;
-        let mut loaded = self.begin(files, meter).await?;
+        let mut loaded = self.begin(time, files, meter).await?;
         let mut work = Work { waits: true, ..work.clone() };
         let model = made.as_ref().map_or(model, |made| &made.glb);
         if let Some(made) = &made {
@@ -169,7 +193,7 @@ impl Pool {
         meter: &Meter,
     ) -> Result<Vec<u8>, WorkError> {
         let made = self.converted(name, model).await?;
-        let mut inspected = self.begin(files, meter).await?;
+        let mut inspected = self.begin(self.options.time, files, meter).await?;
         let name = name.to_owned();
         let (converter, warnings, glb) = match &made {
             Some(made) => (Some(made.converter.clone()), made.warnings.clone(), &made.glb[..]),
@@ -199,10 +223,15 @@ impl Pool {
     }
 
     /// Waits for a worker.
-    async fn begin<'a>(&'a self, files: &'a dyn Files, meter: &'a Meter) -> Result<Loaded<'a>, WorkError> {
+    async fn begin<'a>(
+        &'a self,
+        time: TimeLimits,
+        files: &'a dyn Files,
+        meter: &'a Meter,
+    ) -> Result<Loaded<'a>, WorkError> {
         // It is never closed.
         let permit = self.permits.acquire().await.map_err(|e| WorkError::NoWorker(e.to_string()))?;
-        let budget = TimeBudget::new(self.options.time);
+        let budget = TimeBudget::new(time);
         let process = self.process(&budget).await?;
         let budget = budget.of_process(process.id());
         meter.begin(process.id());
@@ -352,8 +381,10 @@ impl Loaded<'_> {
     fn reuse(&mut self) {
         let Some(mut process) = self.take() else { return };
         process.works += 1;
-        if process.works < self.pool.options.works_of_one {
-            self.pool.idle.lock().unwrap_or_else(PoisonError::into_inner).push(process);
+        let mut idle = self.pool.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let options = &self.pool.options;
+        if process.works < options.works_of_one && idle.len() < options.workers.max(1) {
+            idle.push(process);
         }
     }
 

@@ -224,6 +224,11 @@ pub struct ServeArgs {
     #[arg(long, value_name = "N", value_parser = within::<usize>(1, 4096), help_heading = "Workers")]
     pub workers: Option<usize>,
 
+    /// Further processes, for cheap requests (up to 32 units) while dear ones of other clients are under way [default: as many as
+    /// --workers]
+    #[arg(long, value_name = "N", value_parser = within::<usize>(0, 4096), help_heading = "Workers")]
+    pub spare_workers: Option<usize>,
+
     /// Memory of a worker's data; suffixes as of --limit
     #[arg(long, value_name = "BYTES", default_value = "1Gi", value_parser = bytes, help_heading = "Workers")]
     pub memory: u64,
@@ -269,6 +274,12 @@ impl ServeArgs {
     pub fn workers(&self) -> usize {
         let processors = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         self.workers.unwrap_or_else(processors)
+    }
+
+    /// Processes that draw cheap pictures beside dear ones.
+    #[must_use]
+    pub fn spare_workers(&self) -> usize {
+        self.spare_workers.unwrap_or_else(|| self.workers())
     }
 }
 

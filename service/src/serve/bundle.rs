@@ -2,18 +2,15 @@
 
 use super::answer::{Wishes, respond};
 use super::app::App;
-use super::body::Held;
 use super::cache::Picture;
 use super::error::{Kind, Problem};
-use super::render::{Answer, Asked, picture};
-use super::several::Parts;
+use super::options::Priced;
+use super::render::{Answer, Model, Wanted, pictures};
+use super::several::{Part, Parts};
 use super::stored::Stored;
-use super::trace::Trace;
-use crate::files::Files;
 use crate::key::hash_of;
 use axum::http::{HeaderValue, header};
 use axum::response::Response;
-use bytes::Bytes;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -22,24 +19,8 @@ const LARGEST: u64 = 256 << 20;
 /// The list of the pictures.
 const LIST: &str = "pictures.json";
 
-/// A model whose pictures are asked for.
-pub struct Model {
-    /// The name of its file.
-    pub name: String,
-    /// Content of the file.
-    pub model: Bytes,
-    /// The files that it may refer to.
-    pub files: Arc<dyn Files>,
-    /// Identity of the files.
-    pub identity: String,
-    /// Trace of the request.
-    pub trace: Arc<Trace>,
-    /// Its bytes, counted.
-    pub held: Arc<Held>,
-}
-
-/// Finds or draws the pictures, each as if it were asked for alone and one after the other, so that no client has more workers by asking
-/// for more at once.
+/// Finds or draws the pictures, each with the bytes and the key that it has alone; one worker draws all that there is to draw, so that no
+/// client has more workers by asking for more at once.
 ///
 /// # Errors
 /// [`Problem`] of the first picture that there is not, with its name.
@@ -53,23 +34,18 @@ pub async fn answer(
     app.order(&of.trace, parts.price, None)?;
     let (mut archive, mut list, mut keys, mut bytes) = (Stored::default(), Vec::new(), String::new(), 0);
     let (mut warnings, mut came) = (Vec::new(), "cache");
-    for part in parts.all {
-        let name = part.name;
-        let order = app.order(&of.trace, part.priced.price, part.priced.priority)?;
-        let asked = Asked {
-            name: of.name.clone(),
-            model: of.model.clone(),
-            files: Arc::clone(&of.files),
-            identity: of.identity.clone(),
-            request: part.priced.request,
-            order,
-            trace: Arc::clone(&of.trace),
-            held: Arc::clone(&of.held),
-        };
-        let drawn = picture(app, asked, |_| false).await.map_err(|problem| problem.of(&name))?;
+    let (mut told_of, mut wanted) = (Vec::new(), Vec::new());
+    for Part { name, priced: Priced { request, price, priority } } in parts.all {
+        wanted.push(Wanted { request, order: app.order(&of.trace, price, priority)? });
+        told_of.push((name, price));
+    }
+    let name_of = |number: usize| told_of.get(number).map_or("", |(name, _)| name);
+    let drawn = pictures(app, of, wanted, |_| false).await;
+    let drawn = drawn.map_err(|(number, problem)| problem.of(name_of(number)))?;
+    for ((name, price), drawn) in told_of.iter().zip(drawn) {
         let Answer::Picture(picture, from) = drawn else { continue };
         bytes += picture.bytes.len() as u64;
-        if bytes > LARGEST || !archive.add(&name, &picture.bytes) {
+        if bytes > LARGEST || !archive.add(name, &picture.bytes) {
             let message = format!("the pictures have more than {LARGEST} bytes together");
             return Err(Problem::new(Kind::Limit, message));
         }
@@ -77,7 +53,7 @@ pub async fn answer(
         keys += &format!("{name} {}\n", picture.key);
         warnings.extend(picture.warnings.iter().map(|warning| format!("{name}: {warning}")));
         came = if from == "drawn" || came == "drawn" { "drawn" } else { from };
-        list.push(told(&name, &picture, from, part.priced.price));
+        list.push(told(name, &picture, from, *price));
     }
     let list = json!({ "pictures": list }).to_string();
     let fits = archive.add(LIST, list.as_bytes());

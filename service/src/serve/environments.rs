@@ -3,6 +3,7 @@
 use super::offers::check_name;
 use crate::common::read;
 use crate::key::hash_of;
+use overcoat::load::NamedEnvironment;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -32,7 +33,7 @@ impl Environments {
         let (name, file) = text.split_once('=').ok_or("expected NAME=FILE")?;
         let name = name.trim();
         check_name(name)?;
-        if matches!(name, "studio" | "none") {
+        if NamedEnvironment::named(name).is_some() {
             return Err("this name has a meaning already".to_owned());
         }
         let path = std::fs::canonicalize(file).map_err(|e| e.to_string())?;
@@ -57,15 +58,16 @@ mod tests {
             let path = file.to_str().unwrap();
             Environments::new(&texts.iter().map(|text| text.replace("@", path)).collect::<Vec<_>>())
         };
-        let all = of(&["sky=@", "dusk=@"]).unwrap();
-        assert_eq!(all.files.keys().collect::<Vec<_>>(), ["dusk", "sky"]);
-        assert_eq!(all.hashes["sky"], hash_of(b"x"));
+        let all = of(&["dawn=@", "dusk=@"]).unwrap();
+        assert_eq!(all.files.keys().collect::<Vec<_>>(), ["dawn", "dusk"]);
+        assert_eq!(all.hashes["dawn"], hash_of(b"x"));
         for (texts, what) in [
-            (&["sky"][..], "expected NAME=FILE"),
+            (&["dawn"][..], "expected NAME=FILE"),
             (&["studio=@"], "has a meaning"),
+            (&["sky=@"], "has a meaning"),
             (&["a/b=@"], "a/b=@"),
-            (&["sky=@.no"], "sky=@.no: "),
-            (&["sky=@", "sky=@"], "another environment"),
+            (&["dawn=@.no"], "dawn=@.no: "),
+            (&["dawn=@", "dawn=@"], "another environment"),
         ] {
             let error = of(texts).unwrap_err();
             assert!(error.contains(&what.replace('@', file.to_str().unwrap())), "{error}");

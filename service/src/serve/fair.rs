@@ -6,6 +6,9 @@ use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
 use std::sync::Arc;
 
+/// Price of a cheap request at most, in units: a picture of 512 x 512 in `fast`, or of 256 x 256 in `good`.
+pub const CHEAP: u64 = 32;
+
 /// Sender of requests.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Client {
@@ -71,9 +74,28 @@ pub struct Fair<T> {
     flows: BTreeMap<Flow, Queue<T>>,
     /// Flows that wait; the front has its turn.
     round: VecDeque<Flow>,
-    working: BTreeMap<Client, usize>,
+    working: BTreeMap<Client, Workers>,
     waiting: usize,
     last: u64,
+}
+
+/// Workers that a client has.
+#[derive(Clone, Copy, Debug, Default)]
+struct Workers {
+    all: usize,
+    /// Workers with requests that are not cheap.
+    dear: usize,
+}
+
+/// A request that is given a worker.
+#[derive(Debug)]
+pub struct Next<T> {
+    /// Client that has sent it.
+    pub client: Client,
+    /// True if it is not cheap.
+    pub is_dear: bool,
+    /// Value that was put into the queue.
+    pub value: T,
 }
 
 #[derive(Debug)]
@@ -121,7 +143,7 @@ impl<T> Fair<T> {
     }
 
     /// Takes the request whose turn it is, of a client that may have another worker, and gives it the worker.
-    pub fn next(&mut self) -> Option<(Client, T)> {
+    pub fn next(&mut self) -> Option<Next<T>> {
         self.skip_idle_rounds()?;
         loop {
             let flow = self.round.front()?.clone();
@@ -131,19 +153,41 @@ impl<T> Fair<T> {
                 if std::mem::take(&mut queue.is_fresh) {
                     queue.deficit = queue.deficit.saturating_add(flow.priority.quantum());
                 }
-                let price = queue.items.front()?.price;
-                if price <= queue.deficit {
-                    queue.deficit -= price;
-                    let item = queue.items.pop_front()?;
-                    self.waiting -= 1;
-                    self.forget_empty(&flow);
-                    *self.working.entry(flow.client.clone()).or_default() += 1;
-                    return Some((flow.client, item.value));
+                if queue.items.front()?.price <= queue.deficit {
+                    return self.take_first(&flow);
                 }
             }
             queue.is_fresh = true;
             self.round.rotate_left(1);
         }
+    }
+
+    /// Takes the first cheap request, in the order of turns, of a client that has no dear one under way and may have another worker, if
+    /// others have dear ones under way; gives it a worker.
+    pub fn next_cheap(&mut self) -> Option<Next<T>> {
+        if self.working.values().all(|workers| workers.dear == 0) {
+            return None;
+        }
+        let is_cheap = |flow: &&Flow| {
+            let first = self.flows.get(flow).and_then(|queue| queue.items.front());
+            let has_dear = self.working.get(&flow.client).is_some_and(|workers| workers.dear > 0);
+            first.is_some_and(|item| item.price <= CHEAP) && !has_dear && self.is_ready(flow)
+        };
+        let flow = self.round.iter().find(is_cheap)?.clone();
+        self.take_first(&flow)
+    }
+
+    fn take_first(&mut self, flow: &Flow) -> Option<Next<T>> {
+        let queue = self.flows.get_mut(flow)?;
+        let item = queue.items.pop_front()?;
+        queue.deficit = queue.deficit.saturating_sub(item.price);
+        self.waiting -= 1;
+        self.forget_empty(flow);
+        let (client, is_dear) = (flow.client.clone(), item.price > CHEAP);
+        let workers = self.working.entry(client.clone()).or_default();
+        workers.all += 1;
+        workers.dear += usize::from(is_dear);
+        Some(Next { client, is_dear, value: item.value })
     }
 
     /// Adds the units of as many rounds as pass before one in which a request has its turn; `None` if none is ready at all.
@@ -162,17 +206,40 @@ impl<T> Fair<T> {
         Some(())
     }
 
+    /// Units that are served before a new request of this price in this flow: those that wait in the flow, and of every other flow as
+    /// many as its share of the rounds that these and the request take.
+    #[must_use]
+    pub fn units_before(&self, flow: &Flow, price: u64) -> u64 {
+        let units =
+            |queue: &Queue<T>| queue.items.iter().fold(0_u64, |sum, item| sum.saturating_add(item.price));
+        let own = self.flows.get(flow).map_or(0, units);
+        let rounds = own.saturating_add(price).div_ceil(flow.priority.quantum());
+        let others = self.flows.iter().filter(|(other, _)| *other != flow);
+        others.fold(own, |sum, (other, queue)| {
+            let share = rounds.saturating_mul(other.priority.quantum());
+            sum.saturating_add(share.min(units(queue)))
+        })
+    }
+
+    /// Units of all that wait.
+    #[must_use]
+    pub fn units(&self) -> u64 {
+        let items = self.flows.values().flat_map(|queue| &queue.items);
+        items.fold(0, |sum, item| sum.saturating_add(item.price))
+    }
+
     fn is_ready(&self, flow: &Flow) -> bool {
-        let working = self.working.get(&flow.client).copied().unwrap_or(0);
+        let working = self.working.get(&flow.client).map_or(0, |workers| workers.all);
         let first = self.flows.get(flow).and_then(|queue| queue.items.front());
         first.is_some_and(|item| working < item.workers)
     }
 
-    /// Takes back a client's worker.
-    pub fn release(&mut self, client: &Client) {
-        if let Some(working) = self.working.get_mut(client) {
-            *working = working.saturating_sub(1);
-            if *working == 0 {
+    /// Takes back the worker of a client's request, dear or cheap.
+    pub fn release(&mut self, client: &Client, is_dear: bool) {
+        if let Some(workers) = self.working.get_mut(client) {
+            workers.all = workers.all.saturating_sub(1);
+            workers.dear = workers.dear.saturating_sub(usize::from(is_dear));
+            if workers.all == 0 {
                 self.working.remove(client);
             }
         }
@@ -227,9 +294,9 @@ mod tests {
     fn served(fair: &mut Fair<&'static str>, count: usize) -> String {
         (0..count)
             .map(|_| {
-                let (client, name) = fair.next().unwrap();
-                fair.release(&client);
-                name
+                let next = fair.next().unwrap();
+                fair.release(&next.client, next.is_dear);
+                next.value
             })
             .collect()
     }
@@ -278,11 +345,50 @@ mod tests {
             fair.push(&a, 1, 2, "a");
         });
         fair.push(&b, 100, 2, "b");
-        let next = |fair: &mut Fair<&'static str>| fair.next().map(|(_, name)| name);
+        let next = |fair: &mut Fair<&'static str>| fair.next().map(|next| next.value);
         assert_eq!([next(&mut fair), next(&mut fair), next(&mut fair)], [Some("a"), Some("a"), Some("b")]);
         assert_eq!(next(&mut fair), None);
-        fair.release(&a.client);
+        fair.release(&a.client, false);
         assert_eq!(next(&mut fair), Some("a"));
+    }
+
+    #[test]
+    fn units_before_a_request_are_those_of_its_own_flow_and_shares_of_others() {
+        let mut fair = Fair::default();
+        let [low, normal, high] = [Priority::Low, Priority::Normal, Priority::High].map(|p| flow("a", p));
+        assert_eq!((fair.units_before(&normal, 100), fair.units()), (0, 0));
+        for (flow, price, count) in [(&low, 10, 2), (&normal, 8, 3), (&high, 100, 5)] {
+            (0..count).for_each(|_| {
+                fair.push(flow, price, 9, "");
+            });
+        }
+        assert_eq!(fair.units(), 20 + 24 + 500);
+        // Eight rounds of 4 units: 8 of the low one's 20, 128 of the high one's 500.
+        assert_eq!(fair.units_before(&normal, 8), 24 + 8 + 128);
+        assert_eq!(fair.units_before(&flow("b", Priority::High), 16), 1 + 4 + 16);
+        assert_eq!(fair.units_before(&flow("b", Priority::Normal), u64::MAX), 544);
+    }
+
+    #[test]
+    fn cheap_requests_do_not_wait_for_dear_ones_of_others() {
+        let mut fair = Fair::default();
+        let [a, b, c] = ["a", "b", "c"].map(|name| flow(name, Priority::Normal));
+        let cheap = |fair: &mut Fair<&'static str>| fair.next_cheap().map(|next| next.value);
+        fair.push(&c, 1, 2, "1");
+        assert_eq!(cheap(&mut fair), None, "no dear one is under way");
+        assert_eq!(fair.next().unwrap().value, "1");
+        fair.push(&a, CHEAP + 1, 9, "2");
+        assert!(fair.next().unwrap().is_dear);
+        for (flow, price, name) in [(&a, 1, "3"), (&b, CHEAP + 1, "4"), (&c, CHEAP, "5"), (&c, 1, "6")] {
+            fair.push(flow, price, 2, name);
+        }
+        // Not 3, whose client has a dear one under way, nor 4, which is dear; 6 is one more than its client may have.
+        assert_eq!((cheap(&mut fair), cheap(&mut fair), fair.waiting()), (Some("5"), None, 3));
+        fair.release(&c.client, false);
+        assert_eq!((cheap(&mut fair), cheap(&mut fair), fair.waiting()), (Some("6"), None, 2));
+        fair.release(&a.client, true);
+        fair.push(&c, 1, 9, "7");
+        assert_eq!(cheap(&mut fair), None);
     }
 
     #[test]
@@ -321,6 +427,7 @@ mod tests {
     }
 
     /// A load in counted units: a worker takes as many as a request costs.
+    #[derive(Clone, Copy)]
     struct Load {
         workers: usize,
         /// Workers of a client at most.
@@ -329,6 +436,8 @@ mod tests {
         greedy: Option<(u64, u64)>,
         /// All requests are of one client, in the order of their arrival.
         is_fair: bool,
+        /// Further workers for cheap requests.
+        spare: usize,
     }
 
     impl Load {
@@ -338,12 +447,12 @@ mod tests {
             let cheap = flow("cheap", Priority::Normal);
             let greedy = flow(if self.is_fair { "greedy" } else { "cheap" }, Priority::Normal);
             let mut fair: Fair<(bool, u64, u64)> = Fair::default();
-            let (mut busy, mut waits): (Vec<(u64, Client)>, Vec<u64>) = (Vec::new(), Vec::new());
+            let (mut busy, mut waits): (Vec<(u64, Client, bool)>, Vec<u64>) = (Vec::new(), Vec::new());
             let mut asked = 0;
             for now in 0..200_000 {
-                busy.retain(|(end, client)| {
+                busy.retain(|(end, client, is_dear)| {
                     if *end <= now {
-                        fair.release(client);
+                        fair.release(client, *is_dear);
                     }
                     *end > now
                 });
@@ -360,9 +469,16 @@ mod tests {
                         fair.push(&cheap, price, self.of_client, (true, now, price));
                     }
                 }
-                while busy.len() < self.workers {
-                    let Some((client, (is_cheap, since, price))) = fair.next() else { break };
-                    busy.push((now + price, client));
+                loop {
+                    let next = match self.spare {
+                        _ if busy.len() < self.workers => fair.next(),
+                        spare if busy.len() < self.workers + spare => fair.next_cheap(),
+                        _ => None,
+                    };
+                    let Some(Next { client, is_dear, value: (is_cheap, since, price) }) = next else { break };
+                    // The processors are as many as the workers without the spare ones.
+                    let share = (busy.len() + 1).max(self.workers);
+                    busy.push((now + (price * share as u64).div_ceil(self.workers as u64), client, is_dear));
                     if is_cheap {
                         waits.push(now - since);
                     } else {
@@ -377,7 +493,7 @@ mod tests {
     }
 
     /// A client who is alone waits for its own requests.
-    const ALONE: Load = Load { workers: 2, of_client: 2, greedy: None, is_fair: true };
+    const ALONE: Load = Load { workers: 2, of_client: 2, greedy: None, is_fair: true, spare: 0 };
 
     #[test]
     fn a_greedy_client_makes_a_cheap_one_wait_little() {
@@ -388,9 +504,20 @@ mod tests {
             let beside = Load { workers, of_client, greedy: Some(greedy), ..ALONE }.wait();
             // In the order of arrival it waits for all that the other has asked for.
             let greedy = Some(greedy);
-            let in_order = Load { workers, of_client: workers, greedy, is_fair: false }.wait();
+            let in_order = Load { workers, of_client: workers, greedy, is_fair: false, spare: 0 }.wait();
             assert!(alone > 0 && beside <= 3 * alone, "{workers} workers: {beside} beside {alone}");
             assert!(2 * in_order > 3 * beside, "{workers} workers: {in_order} in order, {beside} by turns");
+        }
+    }
+
+    #[test]
+    fn spare_workers_keep_a_cheap_client_s_time_where_dear_requests_have_all_others() {
+        for workers in [1, 2, 4] {
+            let load = Load { workers, of_client: workers, greedy: Some((1000, 4000)), ..ALONE };
+            let alone = Load { greedy: None, ..load }.wait();
+            let without = load.wait();
+            let with = Load { spare: workers, ..load }.wait();
+            assert!(with <= 3 * alone && 10 * with < without, "{workers}: {alone} alone, {without}, {with}");
         }
     }
 }

@@ -4,13 +4,13 @@ use super::accept;
 use super::answer::{Wishes, respond};
 use super::app::App;
 use super::body::Held;
-use super::bundle::{self, Model};
+use super::bundle;
 use super::error::{Kind, Problem};
 use super::media;
 use super::options::{Options, Priced, of_pairs};
 use super::path;
 use super::pipeline as operations;
-use super::render::{Asked, picture};
+use super::render::{Model, Wanted, picture};
 use super::source::Source;
 use super::trace::Trace;
 use super::upload::Upload;
@@ -87,27 +87,22 @@ async fn answer_body(
     };
     if !options.several.is_empty() {
         settle(app, &trace, &mut upload, &options)?;
-        let (identity, files) = (upload.identity(), Arc::new(upload.files));
-        let (name, model, held) = (upload.name, upload.model, Arc::new(upload.held));
-        return several(app, Model { name, model, files, identity, trace, held }, &options, wishes).await;
+        return several(app, model_of(upload, trace), &options, wishes).await;
     }
     let (format, negotiated) = format(app, &options, &parts.headers)?;
     let Priced { request, price, priority } = options.priced(format, &app.rules)?;
     (wishes.negotiated, wishes.price) = (negotiated, price);
     trace.options(&options, &request, price);
     settle(app, &trace, &mut upload, &options)?;
-    let asked = Asked {
-        identity: upload.identity(),
-        name: upload.name,
-        model: upload.model,
-        files: Arc::new(upload.files),
-        request,
-        order: app.order(&trace, price, priority)?,
-        trace,
-        held: Arc::new(upload.held),
-    };
-    let answer = picture(app, asked, |key| wishes.has(key)).await?;
+    let wanted = Wanted { request, order: app.order(&trace, price, priority)? };
+    let answer = picture(app, model_of(upload, trace), wanted, |key| wishes.has(key)).await?;
     Ok(respond(app, &wishes, &answer))
+}
+
+fn model_of(upload: Upload, trace: Arc<Trace>) -> Model {
+    let identity = upload.identity();
+    let (name, model, held) = (upload.name, upload.model, Arc::new(upload.held));
+    Model { name, model, files: Arc::new(upload.files), identity, trace, held }
 }
 
 /// Options with which a picture, or several, can be drawn, as far as that is known without the model.
@@ -215,10 +210,10 @@ pub async fn path(
         seconds,
         needs_key: app.needs_key(false),
     };
-    let order = app.order(&trace, price, priority)?;
-    let held = Arc::new(held);
-    let asked = Asked { name, model, files, identity: asked.source, request, order, trace, held };
-    let answer = picture(&app, asked, |key| wishes.has(key)).await?;
+    let wanted = Wanted { request, order: app.order(&trace, price, priority)? };
+    let (identity, held) = (asked.source, Arc::new(held));
+    let of = Model { name, model, files, identity, trace, held };
+    let answer = picture(&app, of, wanted, |key| wishes.has(key)).await?;
     Ok(respond(&app, &wishes, &answer))
 }
 

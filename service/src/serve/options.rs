@@ -8,6 +8,7 @@ use super::rules::{Rules, environment_names, preset_names, unknown_preset};
 use super::several::Several;
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
 use overcoat::frame::Aov;
+use overcoat::load::NamedEnvironment;
 use overcoat::output::OutputFormat;
 use overcoat_description::DescriptionOption;
 use overcoat_worker::protocol::{PictureRequest, Turntable};
@@ -120,7 +121,7 @@ impl Options {
                 self.take_preset(preset, rules)?;
                 self.preset = Some(text.to_owned());
             }
-            "env" if !matches!(text, "studio" | "none") && !rules.environments.contains_key(text) => {
+            "env" if NamedEnvironment::named(text).is_none() && !rules.environments.contains_key(text) => {
                 return Err(wrong(format!("env: expected {}, got '{text}'", environment_names(rules))));
             }
             "material" if MaterialSource::new(text).map_or(true, |source| source.file().is_some()) => {
@@ -487,7 +488,7 @@ pub(super) mod tests {
         for (key, text, what) in [
             ("dpr", "9", "0.1 to 8"),
             ("dpr", "NaN", "0.1 to 8"),
-            ("env", "/etc/passwd", "studio or none"),
+            ("env", "/etc/passwd", "sky or none"),
             ("material", "/etc/x.toml", "no built-in material"),
             ("material", "x.toml", "no built-in material"),
             ("materials", "{}", "names files"),

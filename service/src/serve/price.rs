@@ -41,9 +41,7 @@ mod tests {
     use overcoat::render::{Quality, Visibility};
 
     fn of(size: u32, quality: Quality, samples: u32) -> RenderOptions {
-        let mut options = RenderOptions::new(size, size).with_visibility(quality.visibility());
-        (options.samples, options.shading_rate) = (samples, quality.shading_rate());
-        options
+        RenderOptions::new(size, size).with_samples(samples).with_quality(quality)
     }
 
     /// The table of the documentation has these.

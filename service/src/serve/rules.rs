@@ -5,6 +5,7 @@ use super::offers::{self, Offers, Preset};
 use super::options::Options;
 use axum::http::HeaderName;
 use overcoat::limits::Limits;
+use overcoat::load::NamedEnvironment;
 use overcoat::output::OutputFormat;
 use overcoat_cli::args::EncodingArgs;
 use overcoat_worker::protocol::PictureRequest;
@@ -135,12 +136,7 @@ pub fn unknown_preset(name: &str, rules: &Rules) -> Problem {
 /// Names of all environments, as a sentence ends with them.
 #[must_use]
 pub fn environment_names(rules: &Rules) -> String {
-    let named: Vec<&str> = rules.environments.keys().map(String::as_str).collect();
-    match named.split_last() {
-        None => "studio or none".to_owned(),
-        Some((last, [])) => format!("studio, none or {last}"),
-        Some((last, others)) => format!("studio, none, {} or {last}", others.join(", ")),
-    }
+    NamedEnvironment::sentence(rules.environments.keys().map(String::as_str))
 }
 
 /// Names of all presets, with commas.

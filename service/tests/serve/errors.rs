@@ -19,7 +19,7 @@ fn options_are_refused_with_their_range() {
         ("jpeg_quality=0", "1 to 100"),
         ("quality=ultra", "quality"),
         ("colour=red", "no such option"),
-        ("env=%2Fetc%2Fpasswd", "studio or none"),
+        ("env=%2Fetc%2Fpasswd", "sky or none"),
         ("material=%2Fetc%2Fpasswd.toml", "no built-in material"),
         ("model=a.glb", "names files"),
         ("format=gif", "png, webp"),

@@ -81,23 +81,22 @@ fn presets_may_be_all_that_is_offered() {
 fn prices_are_told_and_bounded() {
     let service = start(&["--max-price", "50", "--queue", "1"]);
     let cube = model(CUBE);
-    for (query, price) in
-        [("size=256", "11"), ("size=64&quality=draft", "6"), ("size=256&quality=good", "31")]
+    for (query, price) in [("size=256", "9"), ("size=64&quality=draft", "6"), ("size=256&quality=good", "31")]
     {
         let answer = service.post(&format!("/render?{query}"), &cube);
         assert_eq!((answer.status, answer.headers["overcoat-price"].as_str()), (200, price), "{query}");
     }
-    assert_eq!(service.metric("overcoat_units_total"), 48.0);
+    assert_eq!(service.metric("overcoat_units_total"), 46.0);
     assert_eq!(service.post("/info", &cube).headers["overcoat-price"], "5");
     let dear = service.request("POST", "/render?size=512&quality=good", &[("X-Request-Id", "dear")], &cube);
     let (kind, message) = dear.error(422);
     assert_eq!((kind.as_str(), dear.headers["overcoat-price"].as_str()), ("price", "85"));
     assert!(message.contains("costs 85 units, and 50 are allowed"), "{message}");
     assert_eq!(dear.json()["error"]["limit"], "max_price");
-    assert_eq!(service.metric("overcoat_units_total"), 53.0);
+    assert_eq!(service.metric("overcoat_units_total"), 51.0);
     assert_eq!(service.metric("overcoat_refusals_total{kind=\"price\"}"), 1.0);
     service.request("POST", "/render?size=64", &[("X-Request-Id", "cheap")], &cube);
-    assert_eq!(service.line("cheap")["price"], 8);
+    assert_eq!(service.line("cheap")["price"], 7);
 }
 
 #[test]

@@ -120,7 +120,7 @@ class PictureOptions(ViewOptions, total=False):
     camera: Union[Camera, str, _overcoat.Orbit, CameraMatrices]
     """The camera. Without eye the model is framed automatically, seen along view."""
     env: Union[Path, _overcoat.Environment, npt.NDArray[Any]]
-    """Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, studio for the built-in one, or none [default: studio]."""
+    """Equirectangular picture or cube (.hdr, .exr; .jpg, .png, .webp with a warning) that lights the scene, or one of the program's own: studio, car-studio, sky or none [default: studio]."""
     env_intensity: float
     """Factor of the environment's radiance [default: 1]."""
     env_rotation_deg: float

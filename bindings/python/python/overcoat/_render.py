@@ -254,7 +254,7 @@ else:
                 quality: `draft`, `fast`, `good` or `best`.
                 shading: Name of a shading model.
                 camera: Dict of `eye`, `target`, `up` (metres), `fov_y_deg` (degrees), `view` and others, or the name of a view.
-                env: `studio`, `none`, the path of an equirectangular picture, or an array (H, W, 3) of linear radiance.
+                env: `studio`, `car-studio`, `sky`, `none`, the path of an equirectangular picture, or an array (H, W, 3) of linear radiance.
                 material: Name of a built-in material, path of a material file, or a dict of its keys.
                 aov: Names of planes of the G-buffer, for `Image.aov`.
 

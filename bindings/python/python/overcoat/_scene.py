@@ -349,14 +349,14 @@ class Scene:
 
     @property
     def environment(self) -> Any:
-        """Light from afar: `studio` (the default), `none`, the path of an equirectangular picture, an array (H, W, 3) of linear
+        """Light from afar: `studio` (the default), `car-studio`, `sky`, `none`, the path of an equirectangular picture, an array (H, W, 3) of linear
         radiance, row 0 at the zenith, or an `Environment`. What was assigned last."""
         return self._environment
 
     @environment.setter
     def environment(self, value: Any) -> None:
         if value is None:
-            raise OptionError("environment: expected studio, none, a path, an array or an Environment")
+            raise OptionError("environment: expected a name, a path, an array or an Environment")
         _warn(self._world.set_environment(self._renderer._native, request({"env": value})), 3)
         made = _environment(value)
         self._environment = value if made is None or made is value else made

@@ -34,6 +34,7 @@ class Drawn:
         array: What it was drawn into.
         quality: The tier that it has.
         samples: Coverage samples a pixel that it has.
+        scale: Pixels of the array, in each direction, for one that was drawn: 1, or 2 to 4 where a budget was too small for all.
         is_final: Whether `Viewport.refine` would draw no better one.
         exposure: Stops, with what was metered.
         triangles: Triangles of the scene.
@@ -42,6 +43,7 @@ class Drawn:
     array: Any
     quality: str
     samples: int
+    scale: int
     is_final: bool
     exposure: float
     triangles: int

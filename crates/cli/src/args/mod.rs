@@ -151,6 +151,7 @@ mod tests {
     use overcoat_core::frame::Aov;
     use overcoat_description::{Description, EnvironmentChoice, ExposureChoice};
     use overcoat_load::Format;
+    use overcoat_load::NamedEnvironment;
     use overcoat_scene::ShadingModel;
 
     #[test]
@@ -282,7 +283,7 @@ mod tests {
         assert_eq!(scene.samples, Some(4));
         assert_eq!((scene.camera.eye, scene.camera.near), (None, None));
         assert_eq!(scene.camera.fov_y_degrees, Some(20.0));
-        assert_eq!(scene.env, Some(EnvironmentChoice::None));
+        assert_eq!(scene.env, Some(EnvironmentChoice::Named(NamedEnvironment::None)));
         assert_eq!(scene.exposure, Some(ExposureChoice::Stops(-1.5)));
         assert_eq!(scene.tone_curve, Some(ToneCurve::None));
     }

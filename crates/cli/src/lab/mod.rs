@@ -1,6 +1,7 @@
-//! `overcoat lab`: coats of engines beside a random walk through their layers, as tables and plots.
+//! `overcoat lab`: coats of engines beside a random walk through their layers, as tables and plots; and paints in numbers.
 
 mod args;
+mod paint;
 mod plot;
 
 pub(super) use args::DEFAULT_MODELS;
@@ -76,6 +77,9 @@ pub fn run(args: &LabArgs) -> Result<(), Failure> {
     let mut bench = Bench::new(args.workers.count());
     Reporter { quiet: args.report.quiet }.threads(bench.jobs());
     let progress = Progress::new(args.report.quiet);
+    if let Some(choice) = &args.paint {
+        return paint::run(args, &choice.source, &mut bench, progress);
+    }
     if args.summary {
         return summary(args, &mut bench, progress);
     }

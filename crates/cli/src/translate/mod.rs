@@ -424,7 +424,7 @@ fn check_output(args: &TranslateArgs, source: &MaterialSource) -> Result<(), Fai
 }
 
 /// Reads a material, and what finds its textures.
-fn read(
+pub(super) fn read(
     source: &MaterialSource,
     limits: &Limits,
     renderer: &Renderer,
@@ -444,7 +444,7 @@ fn read(
 }
 
 /// A scene whose first material is that of a file, with its textures.
-fn scene_of(file: &MaterialFile, limits: &Limits) -> Result<Scene, Failure> {
+pub(super) fn scene_of(file: &MaterialFile, limits: &Limits) -> Result<Scene, Failure> {
     let mut scene = ball::scene().map_err(|e| Failure::scene(&e))?;
     file.assign(&mut scene, None, limits).map_err(|e| Failure::assign(&e))?;
     Ok(scene)

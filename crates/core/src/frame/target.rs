@@ -102,6 +102,11 @@ impl<'a> Target<'a> {
         self.format
     }
 
+    /// The memory, and the bytes from one row to the next.
+    pub fn memory(&mut self) -> (&mut [u8], usize) {
+        (self.bytes, self.stride)
+    }
+
     /// Pixel format and region: targets alike in both hold the same bytes of a picture.
     pub fn content(&self) -> (PixelFormat, Option<[u32; 4]>) {
         (self.format, self.region)

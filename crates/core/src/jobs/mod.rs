@@ -3,10 +3,12 @@
 //! **Invariant:** results come back in the order of their inputs, and chunk borders never depend on the number of
 //! threads. Whatever is computed with this module is the same for one thread as for sixty-four.
 
+mod cancel;
 mod parts;
 mod pool;
 mod scratch;
 
+pub use cancel::Cancellation;
 #[doc(hidden)]
 pub use scratch::Scratch;
 
@@ -24,6 +26,8 @@ pub struct Jobs {
     threads: usize,
     /// As many as there should be.
     wanted: usize,
+    /// Stops the work that asks for it.
+    cancellation: Option<Cancellation>,
 }
 
 impl std::fmt::Debug for Jobs {
@@ -52,11 +56,32 @@ impl Jobs {
         let mut threads = wanted;
         while threads > 1 {
             if let Some(pool) = Pool::new(threads) {
-                return Self { pool: Some(pool), threads, wanted };
+                return Self { pool: Some(pool), threads, wanted, cancellation: None };
             }
             threads /= 2;
         }
-        Self { pool: None, threads: 1, wanted }
+        Self { pool: None, threads: 1, wanted, cancellation: None }
+    }
+
+    /// Lets somebody stop the work that follows; `None`: nobody. Loops run to their end all the same: work that can be left
+    /// unfinished asks [`Jobs::is_cancelled`].
+    #[doc(hidden)]
+    pub fn cancel_by(&mut self, cancellation: Option<Cancellation>) {
+        self.cancellation = cancellation;
+    }
+
+    /// Stops the work, if somebody can.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn cancellation(&self) -> Option<&Cancellation> {
+        self.cancellation.as_ref()
+    }
+
+    /// True once the work is stopped.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancellation.as_ref().is_some_and(Cancellation::is_cancelled)
     }
 
     /// Workers that were wanted and that the system did not give.

@@ -4,7 +4,7 @@ use super::Kind;
 use crate::environment::EnvironmentChoice;
 use crate::materials::MaterialSource;
 use crate::value::Value;
-use overcoat_load::BuiltinMaterial;
+use overcoat_load::{BuiltinMaterial, NamedEnvironment};
 use serde_json::{Value as Json, json};
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -63,7 +63,7 @@ impl Kind for Path {
     }
 }
 
-/// The environment: `studio`, `none` or the path of a picture.
+/// The environment: one by its name, or the path of a picture.
 pub(crate) struct EnvironmentSource;
 
 impl Kind for EnvironmentSource {
@@ -78,13 +78,13 @@ impl Kind for EnvironmentSource {
     }
 
     fn read(&self, value: &Value<'_>) -> Result<EnvironmentChoice, String> {
-        value.text("studio, none or the path of a picture").map(EnvironmentChoice::new)
+        let expected = NamedEnvironment::sentence(["the path of a picture"]);
+        value.text(&expected).map(EnvironmentChoice::new)
     }
 
     fn write(&self, value: &EnvironmentChoice) -> Result<Json, String> {
         match value {
-            EnvironmentChoice::Studio => Ok(json!("studio")),
-            EnvironmentChoice::None => Ok(json!("none")),
+            EnvironmentChoice::Named(named) => Ok(json!(named.name())),
             EnvironmentChoice::File(file) => write_path(file),
         }
     }
@@ -94,7 +94,7 @@ impl Kind for EnvironmentSource {
     }
 
     fn names(&self) -> Vec<&'static str> {
-        vec!["studio", "none"]
+        NamedEnvironment::names().collect()
     }
 }
 

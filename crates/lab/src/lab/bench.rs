@@ -1,6 +1,6 @@
 //! Specimens by the shading models of engines: pictures of one pixel.
 
-use super::{LabError, Light, OVERHEAD, Specimen, direction};
+use super::{LabError, Light, OVERHEAD, Specimen, direction, luminance};
 use overcoat_core::jobs::Jobs;
 use overcoat_render::{RenderOptions, Renderer};
 use overcoat_scene::{
@@ -11,6 +11,9 @@ use std::sync::Arc;
 
 /// Distance of the camera, and half the height of its view: any, since nothing is near and the surface is even.
 const DISTANCE: f64 = 4.0;
+
+/// Side of what a picture of one pixel shows, in metres.
+const SPOT: f32 = 0.1;
 
 /// Shades specimens.
 #[derive(Debug)]
@@ -82,16 +85,44 @@ impl Bench {
         view: f64,
         light: Light,
     ) -> Result<[f64; 3], LabError> {
+        let pixels = self.picture(material, textures, model, (view, light), (SPOT, 1))?;
+        let [r, g, b, _] = pixels[0];
+        Ok([r, g, b].map(f64::from))
+    }
+
+    /// Luminances of a square plate of so many metres and pixels a side, seen straight from above.
+    ///
+    /// # Errors
+    /// As above.
+    pub(super) fn plate(
+        &mut self,
+        material: &Material,
+        textures: &[Texture],
+        model: ShadingModel,
+        light: Light,
+        size: (f32, u32),
+    ) -> Result<Vec<f64>, LabError> {
+        let pixels = self.picture(material, textures, model, (0.0, light), size)?;
+        Ok(pixels.iter().map(|&[r, g, b, _]| luminance([r, g, b].map(f64::from))).collect())
+    }
+
+    /// A square of so many metres and pixels a side about the middle of the plane.
+    fn picture(
+        &mut self,
+        material: &Material,
+        textures: &[Texture],
+        model: ShadingModel,
+        (view, light): (f64, Light),
+        (side, pixels): (f32, u32),
+    ) -> Result<Vec<[f32; 4]>, LabError> {
         let eye = upright(direction("view", view)?.map(|c| (c * DISTANCE) as f32));
         let mut camera = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0])?;
-        camera.projection = Projection::Orthographic { height: 0.1 };
+        camera.projection = Projection::Orthographic { height: side };
         let scene = self.scene(material, textures, light)?;
-        let options = RenderOptions::draft(1, 1).with_samples(1).with_shading(Some(model));
+        let options = RenderOptions::draft(pixels, pixels).with_samples(1).with_shading(Some(model));
         let renderer =
             if light == Light::Overhead { &mut self.overhead_renderer } else { &mut self.renderer };
-        let frame = renderer.render(&scene, &camera, &options)?.frame;
-        let [r, g, b, _] = frame.pixels[0];
-        Ok([r, g, b].map(f64::from))
+        Ok(renderer.render(&scene, &camera, &options)?.frame.pixels)
     }
 
     fn scene(&self, material: &Material, textures: &[Texture], light: Light) -> Result<Scene, LabError> {

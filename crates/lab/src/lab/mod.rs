@@ -4,7 +4,8 @@
 //! A [`Specimen`] is a coated surface in numbers. [`Bench`] shades it with the models of this crate, by pictures of
 //! one pixel, so that pictures are measured; [`Referee`] follows light through the same layers ([`crate::truth`]). A
 //! [`Slice`] varies one quantity, a [`Summary`] measures the error of each model over a grid of specimens; a
-//! [`Translator`] finds the parameters of one model whose pictures are nearest to another's.
+//! [`Translator`] finds the parameters of one model whose pictures are nearest to another's; a [`PaintMeasure`] has colours, flop and sparkle of
+//! effect paint.
 //!
 //! ```
 //! # mod overcoat { pub use {overcoat_lab::{lab, truth}, overcoat_scene as scene}; }
@@ -35,6 +36,7 @@
 mod bench;
 // Its output is files, which are the program's.
 pub mod conformance;
+mod paint;
 mod referee;
 mod slice;
 mod specimen;
@@ -42,6 +44,7 @@ mod summary;
 mod translate;
 
 pub use bench::Bench;
+pub use paint::{ASPECULAR, PLATE, PaintColor, PaintMeasure, SPARKLE, Sparkle};
 pub use referee::{Measured, Referee};
 pub use slice::{Quantity, Row, Slice};
 pub use specimen::Specimen;

@@ -1,6 +1,7 @@
 //! The contents of a file: objects with their volumes, materials, constellations.
 
 use super::FORMAT;
+use super::texture::Channel;
 use crate::budget::Budget;
 use crate::mesh_formats::check_mesh;
 use crate::text::{double, float, quoted};
@@ -29,6 +30,13 @@ pub(super) struct Substance {
     pub(super) color: Option<Color>,
 }
 
+/// Textures of red, green, blue and alpha by their numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Map(pub(super) [Option<u32>; 4]);
+
+/// Coordinates of the corners of a triangle; the first texel is at (0, 0).
+pub(super) type Uvs = [[f32; 2]; 3];
+
 /// Triangles of one material.
 #[derive(Debug, Default)]
 pub(super) struct Volume {
@@ -37,6 +45,8 @@ pub(super) struct Volume {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Colours of their own, by the number of the triangle in the volume and in that order.
     pub(super) colors: Vec<(u32, Color)>,
+    /// Textures on them, likewise.
+    pub(super) maps: Vec<(u32, Map, Uvs)>,
     /// Changes how others are printed where it overlaps them (a setting of slicers).
     pub(super) is_modifier: bool,
 }
@@ -68,6 +78,7 @@ pub(super) struct Document {
     pub(super) objects: BTreeMap<u32, Object>,
     pub(super) constellations: BTreeMap<u32, Vec<Placed>>,
     pub(super) materials: BTreeMap<String, Substance>,
+    pub(super) textures: BTreeMap<u32, Channel>,
 }
 
 /// Progress of reading, and what has been left out.
@@ -107,7 +118,10 @@ impl<'a> Reader<'a> {
                 "material" => self.material(xml, tag, &mut document),
                 "constellation" => self.constellation(xml, tag, &mut document),
                 "texture" => {
-                    self.left_out("textures have no effect");
+                    self.element()?;
+                    let parts = (self.context.limits, &mut *self.budget, &mut *self.warnings);
+                    let texture = Channel::read(xml, tag, parts)?;
+                    texture.into_iter().for_each(|(id, texture)| _ = document.textures.insert(id, texture));
                     Ok(())
                 }
                 _ => Ok(()),
@@ -216,7 +230,7 @@ impl<'a> Reader<'a> {
         // Indices here and in the scene, corners with colours, and the list that normals are made from.
         self.charge(volume.triangles.len(), "triangles", 160)?;
         self.triangles = self.triangles.saturating_add(1);
-        let (mut corners, mut color) = ([NONE; 3], None);
+        let (mut corners, mut color, mut mapped) = ([NONE; 3], None, None);
         xml.children(|xml, tag| {
             let place = match tag.name() {
                 "v1" => 0,
@@ -227,7 +241,7 @@ impl<'a> Reader<'a> {
                     return Ok(());
                 }
                 "texmap" | "map" => {
-                    self.left_out("textures have no effect");
+                    mapped = map(xml, tag)?;
                     return Ok(());
                 }
                 _ => return Ok(()),
@@ -237,6 +251,7 @@ impl<'a> Reader<'a> {
             Ok(())
         })?;
         volume.colors.extend(color.map(|color| (volume.triangles.len() as u32, color)));
+        volume.maps.extend(mapped.map(|(map, uvs)| (volume.triangles.len() as u32, map, uvs)));
         volume.triangles.push(corners);
         Ok(())
     }
@@ -380,6 +395,31 @@ fn three(xml: &mut Xml<'_>, names: [&str; 3], values: &mut [f64; 3]) -> Result<(
         }
         Ok(())
     })
+}
+
+/// Textures on a triangle. Coordinates count from the lower edge.
+fn map<'x>(xml: &mut Xml<'x>, tag: &Tag<'x>) -> Result<Option<(Map, Uvs)>, LoadError> {
+    let map = Map(["rtexid", "gtexid", "btexid", "atexid"].map(|name| tag.number(name)));
+    let mut uvs = [[0.0; 2]; 3];
+    xml.children(|xml, tag| {
+        // Older files have no `tex` in these names.
+        let (place, axis) = match tag.name() {
+            "utex1" | "u1" => (0, 0),
+            "utex2" | "u2" => (1, 0),
+            "utex3" | "u3" => (2, 0),
+            "vtex1" | "v1" => (0, 1),
+            "vtex2" | "v2" => (1, 1),
+            "vtex3" | "v3" => (2, 1),
+            _ => return Ok(()),
+        };
+        let value = number(&xml.content()?) as f32;
+        let slot = uvs.get_mut(place).and_then(|uv: &mut [f32; 2]| uv.get_mut(axis));
+        if let Some(slot) = slot.filter(|_| value.is_finite()) {
+            *slot = value;
+        }
+        Ok(())
+    })?;
+    Ok((map != Map::default()).then(|| (map, uvs.map(|[u, v]| [u, 1.0 - v]))))
 }
 
 /// True for volumes that slicers mark as modifiers.

@@ -1,12 +1,13 @@
 //! AMF, the Additive Manufacturing File Format (ISO/ASTM 52915, version 1.2), plain or in a ZIP archive.
 //!
 //! Objects are drawn where constellations place them; those that are in none, where they are. Units become metres, and +Z is
-//! up. Of colours that of a triangle counts for more than those of its vertices, then come those of volume, object and
-//! material. Textures, mixed materials, colours by formula and curved triangles are left out, with a warning.
+//! up. A texture counts for more than the colour of its triangle, that for more than those of its vertices, then come those of
+//! volume, object and material. Mixed materials, colours by formula and curved triangles are left out, with a warning.
 
 mod document;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 use super::budget::Budget;
 use super::grouped::Grouped;
@@ -19,10 +20,11 @@ use super::splitting::{Copies, split};
 use super::warnings::{Warnings, counted};
 use super::xml::text_of;
 use super::{Context, LoadError, Loaded};
-use document::{Color, Document, Object, Placed, Reader, Volume};
+use document::{Color, Document, Map, Object, Placed, Reader, Uvs, Volume};
 use overcoat_core::limits::Limits;
 use overcoat_scene::{
-    AlphaMode, Bounds, CREASE_ANGLE, Material, MaterialId, Mesh, MeshData, MeshId, Scene, Transform,
+    AlphaMode, Bounds, CREASE_ANGLE, Material, MaterialId, Mesh, MeshData, MeshId, Scene, TextureRef,
+    Transform, UvTransform,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -49,9 +51,11 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     let mut warnings = Warnings::default();
     let text = text_of(bytes, "", &mut budget)?;
     let document = Reader::new(context, &mut budget, &mut warnings).read(&text)?;
+    drop(text);
     let mut builder = Builder {
         context,
         document: &document,
+        budget,
         scene: Scene::new(),
         warnings,
         meshes: BTreeMap::new(),
@@ -78,10 +82,15 @@ enum Key<'a> {
     Uniform([u32; 4], &'a str),
     /// Colours of corners, some of which may be transparent.
     Painted { blended: bool },
+    /// A picture of some textures.
+    Mapped(Map),
 }
 
-/// Appearance of a triangle: its key and the colours of its corners.
-type Look<'a> = (Key<'a>, [Color; 3]);
+/// Appearance of a triangle: its key, and the colours and coordinates of its corners.
+type Look<'a> = (Key<'a>, [Color; 3], Uvs);
+
+/// Coordinates of triangles without texture.
+const NOWHERE: Uvs = [[0.0; 2]; 3];
 
 /// An object in the scene: its meshes, and the point that they are relative to.
 type Drawn = (Vec<(MeshId, MaterialId)>, Origin);
@@ -90,6 +99,7 @@ type Drawn = (Vec<(MeshId, MaterialId)>, Origin);
 struct Builder<'a> {
     context: &'a Context<'a>,
     document: &'a Document,
+    budget: Budget,
     scene: Scene,
     warnings: Warnings,
     meshes: BTreeMap<u32, Drawn>,
@@ -200,12 +210,17 @@ impl<'a> Builder<'a> {
                 continue;
             }
             let mut own = volume.colors.iter().peekable();
+            let mut maps = volume.maps.iter().peekable();
             for (number, &triangle) in volume.triangles.iter().enumerate() {
                 let color = own.next_if(|(of, _)| *of as usize == number).map(|(_, color)| *color);
+                let map = maps.next_if(|(of, _, _)| *of as usize == number);
                 let placed = |&v: &u32| data.positions.get(v as usize).is_some_and(|&p| drawable(p));
                 if triangle.iter().all(placed) {
                     data.triangles.push(triangle);
-                    looks.push(self.look(object, volume, triangle, color));
+                    looks.push(match map {
+                        Some(&(_, map, uvs)) => (Key::Mapped(map), [[1.0; 4]; 3], uvs),
+                        None => self.look(object, volume, triangle, color),
+                    });
                 } else {
                     bad = bad.saturating_add(1);
                 }
@@ -245,13 +260,13 @@ impl<'a> Builder<'a> {
         match (corners, below) {
             (Some(corners), _) => {
                 let blended = corners.iter().any(|color| color[3] < 1.0);
-                (Key::Painted { blended }, corners)
+                (Key::Painted { blended }, corners, NOWHERE)
             }
             (None, Some(color)) => {
                 let name = material.map(|material| material.name.as_str()).unwrap_or_default();
-                (Key::Uniform(color.map(f32::to_bits), name), [[1.0; 4]; 3])
+                (Key::Uniform(color.map(f32::to_bits), name), [[1.0; 4]; 3], NOWHERE)
             }
-            (None, None) => (Key::Plain, [[1.0; 4]; 3]),
+            (None, None) => (Key::Plain, [[1.0; 4]; 3], NOWHERE),
         }
     }
 
@@ -265,11 +280,11 @@ impl<'a> Builder<'a> {
         let mut numbers: BTreeMap<Key<'a>, usize> = BTreeMap::new();
         let mut keys = Vec::new();
         let mut groups = Vec::with_capacity(looks.len());
-        let mut copies = Copies::new(data.positions.len(), [-1.0; 4], SEARCHED);
-        for (t, (key, corners)) in looks.into_iter().enumerate() {
+        let mut copies = Copies::new(data.positions.len(), ([-1.0; 4], [0.0; 2]), SEARCHED);
+        for (t, (key, corners, uvs)) in looks.into_iter().enumerate() {
             let Some(&(mut triangle)) = data.triangles.get(t) else { break };
-            for (vertex, color) in triangle.iter_mut().zip(corners) {
-                if let Some((copy, _)) = copies.vertex(&mut data, *vertex, color) {
+            for (vertex, value) in triangle.iter_mut().zip(corners.into_iter().zip(uvs)) {
+                if let Some((copy, _)) = copies.vertex(&mut data, *vertex, value) {
                     *vertex = copy;
                 }
             }
@@ -279,7 +294,7 @@ impl<'a> Builder<'a> {
                 keys.len().saturating_sub(1)
             }));
         }
-        data.colors = copies.into_values();
+        (data.colors, data.uvs[0]) = copies.into_values().into_iter().unzip();
         let groups = Grouped::new(keys.len(), groups.iter().copied());
         let element = format!("{FORMAT}: object {id}");
         let mut drawn = Vec::new();
@@ -287,6 +302,9 @@ impl<'a> Builder<'a> {
             let Some(&key) = keys.get(number) else { return Ok(()) };
             if !matches!(key, Key::Painted { .. }) {
                 part.colors = Vec::new();
+            }
+            if !matches!(key, Key::Mapped(_)) {
+                part.uvs = [Vec::new(), Vec::new()];
             }
             let material = self.material(key)?;
             let mesh = Mesh::new(part).map_err(LoadError::scene(element.clone()))?;
@@ -306,6 +324,7 @@ impl<'a> Builder<'a> {
         Limits::check(|| format!("{FORMAT}: the number of materials"), count, limit, "nodes")?;
         let material = match key {
             Key::Plain => default_material(),
+            Key::Mapped(map) => self.mapped(&map)?,
             Key::Uniform(bits, name) => self.uniform(bits.map(f32::from_bits), name),
             Key::Painted { blended } => {
                 let mut material = white_material();
@@ -318,6 +337,22 @@ impl<'a> Builder<'a> {
         let added = self.scene.add_material(material).map_err(LoadError::scene("AMF: material"))?;
         self.materials.insert(key, added);
         Ok(added)
+    }
+
+    fn mapped(&mut self, map: &Map) -> Result<Material, LoadError> {
+        let count = (self.scene.textures().len() as u64).saturating_add(1);
+        let limit = self.context.limits.textures;
+        Limits::check(|| format!("{FORMAT}: the number of textures"), count, limit, "textures")?;
+        let picture = texture::picture(self.document, map, &mut self.budget, &mut self.warnings)?;
+        let Some((texture, is_blended)) = picture else { return Ok(default_material()) };
+        let texture = self.scene.add_texture(texture).map_err(LoadError::scene("AMF: texture"))?;
+        let mut material = material_of([1.0; 4]);
+        let transform = UvTransform::IDENTITY;
+        material.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform });
+        if is_blended {
+            material.alpha_mode = AlphaMode::Blend;
+        }
+        Ok(material)
     }
 
     fn uniform(&mut self, mut color: Color, name: &str) -> Material {

@@ -219,22 +219,61 @@ fn losses_are_named() {
     assert_eq!(
         warnings(&loaded),
         [
-            "AMF: textures have no effect",
+            "AMF: texture 1 is left out: it has no width or height",
             "AMF: curved triangles (normals of vertices) are drawn flat",
             "AMF: curved triangles (edges with tangents) are drawn flat",
             "AMF: colours that are formulas have no effect",
-            "AMF: textures have no effect",
             "AMF: there are two objects 1: the first is drawn",
             "AMF: materials mixed of others are drawn in their own colour alone",
             "AMF: scales and mirrors of instances, which slicers add to the format, have no effect",
             "AMF: 2 triangles of object 1 left out: vertices that are missing, not finite or beyond 1e15",
             "AMF: 1 volume of object 1 left out: they only change how others are printed",
+            "AMF: triangles refer to textures that do not exist",
             "AMF: object 8 is referred to and does not exist",
         ]
     );
     assert_eq!(loaded.scene.triangle_count(), 1);
     assert_eq!(warnings(&read("")), ["the model has no triangles"]);
     assert!(refused("<object><mesh/></object>").ends_with("an object has no id"));
+}
+
+/// A square of two textures, of which the second is the half of the first's size.
+fn textured() -> String {
+    let map = |uvs: [[f32; 2]; 3]| {
+        let parts = (1..).zip(uvs).map(|(k, [u, v])| format!("<utex{k}>{u}</utex{k}><vtex{k}>{v}</vtex{k}>"));
+        format!("<texmap rtexid=\"1\" gtexid=\"2\">{}</texmap>", parts.collect::<String>())
+    };
+    let mapped = triangle([0, 1, 2], &map([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]));
+    let volume = format!("<volume>{mapped}{}</volume>", triangle([0, 2, 3], &color(0.0, 0.0, 1.0, "")));
+    // 0 85 170 255, and 255.
+    let first =
+        "<texture id=\"1\" width=\"2\" height=\"2\" depth=\"1\" tiled=\"true\"> AFWq\n/w== </texture>";
+    let second = "<texture id=\"2\" width=\"1\" height=\"1\" type=\"grayscale\">/w==</texture>";
+    format!("{first}{}{second}", object(1, "", &volume))
+}
+
+#[test]
+fn textures_are_channels_of_pictures() {
+    let loaded = read(&textured());
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let [texture] = loaded.scene.textures() else { panic!() };
+    let texels = texture.levels().next().unwrap().texels.to_vec();
+    assert_eq!(texels, [[0, 255, 0, 255], [85, 255, 0, 255], [170, 255, 0, 255], [255, 255, 0, 255]]);
+    let mapped = loaded.scene.meshes().iter().find(|mesh| !mesh.uvs(0).is_empty()).unwrap();
+    let origin = mapped.positions().iter().position(|p| *p == [0.0; 3]).unwrap();
+    assert_eq!(mapped.uvs(0)[origin], [0.0, 1.0]);
+    assert_eq!(loaded.scene.meshes().len(), 2);
+    for (text, message) in [
+        ("<texture id=\"1\" width=\"2\" height=\"2\">AFWq</texture>", "it has 3 of 4 values"),
+        ("<texture id=\"1\" width=\"1\" height=\"1\">?</texture>", "its values are not in base 64"),
+        ("<texture id=\"1\" width=\"1\" height=\"1\" depth=\"2\">AFWq</texture>", "one of space"),
+    ] {
+        let loaded = read(&format!("{text}{}", plain(1)));
+        assert!(warnings(&loaded)[0].contains(message), "{:?}", loaded.warnings);
+    }
+    let huge = "<texture id=\"1\" width=\"2000000000\" height=\"2000000000\">AA==</texture>";
+    assert!(refused(huge).contains("texture 1: 4000000000000000000 exceeds the limit"), "{}", refused(huge));
+    attack(&file(&textured()), Format::Amf);
 }
 
 #[test]

@@ -2,15 +2,13 @@
 
 use super::MaterialFile;
 use super::error::AssignError;
-use super::keys::{Key, Kind};
-use super::parse::{Setting, Value};
+use super::laid::{Part, TextureMaker, lay};
 use super::texture::{TextureUse, metallic_roughness, one_channel};
 use crate::budget::Budget;
 use crate::grouped::Grouped;
 use crate::tangents::{add_tangents, tangent_set};
 use overcoat_core::limits::Limits;
 use overcoat_core::suggest::nearest_name;
-use overcoat_scene::parameters::{Holds, Kind as Of, METALLIC_ROUGHNESS_TEXTURE, Parameter, Slot};
 use overcoat_scene::{
     AlphaUse, ColorSpace, Image, Material, MaterialId, Mesh, MeshData, MeshId, Sampler, Scene, SceneError,
     Texture, TextureId, TextureRef,
@@ -22,19 +20,63 @@ impl MaterialFile {
     /// Lays the material over every material of a scene, or over those of one name. Meshes get the tangents that it
     /// needs.
     ///
+    /// A MaterialX document with several materials lays each over those of its own name, or, where the scene has none of these
+    /// names, the first over every one; and over those of one name that of this name, if there is one, else the first.
+    ///
     /// # Errors
     /// [`AssignError`] if there is no material of that name, or the textures and tangents exceed the limits. The scene
     /// may then be changed in part.
     pub fn assign(&self, scene: &mut Scene, name: Option<&str>, limits: &Limits) -> Result<(), AssignError> {
-        let chosen = chosen(scene, name)?;
-        let mut builder =
-            Builder { file: self, scene, made: Vec::new(), limits, budget: Budget::new(limits) };
-        for &id in &chosen {
+        let mut budget = Budget::new(limits);
+        if let Some(name) = name {
+            let chosen = chosen(scene, Some(name))?;
+            return self.called(name).unwrap_or(self).lay(scene, &chosen, limits, &mut budget);
+        }
+        let mut by_name: Vec<(&Self, BTreeSet<MaterialId>)> = Vec::new();
+        for (k, material) in scene.materials().iter().enumerate() {
+            let Some(file) = self.called(&material.name) else { continue };
+            let id = MaterialId::from_index(k as u32);
+            match by_name.iter_mut().find(|(known, _)| std::ptr::eq(*known, file)) {
+                Some((_, ids)) => {
+                    ids.insert(id);
+                }
+                None => by_name.push((file, BTreeSet::from([id]))),
+            }
+        }
+        if by_name.is_empty() {
+            by_name.push((self, chosen(scene, None)?));
+        }
+        by_name.iter().try_for_each(|(file, ids)| file.lay(scene, ids, limits, &mut budget))
+    }
+
+    /// The material of that name of a document that has several.
+    fn called(&self, name: &str) -> Option<&Self> {
+        if self.others.is_empty() || name.is_empty() {
+            return None;
+        }
+        let all = || std::iter::once(self).chain(&self.others);
+        all().find(|file| file.description() == name).or_else(|| {
+            // Names of MaterialX have letters, digits and underscores.
+            let valid: String =
+                name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+            all().find(|file| file.description() == valid)
+        })
+    }
+
+    /// Lays this one material over those of a scene.
+    fn lay(
+        &self,
+        scene: &mut Scene,
+        chosen: &BTreeSet<MaterialId>,
+        limits: &Limits,
+        budget: &mut Budget,
+    ) -> Result<(), AssignError> {
+        let mut builder = Builder { file: self, scene, made: Vec::new(), limits, budget };
+        for &id in chosen {
             let material = builder.material(id)?;
             builder.scene.replace_material(id, material)?;
         }
-        let Builder { mut budget, .. } = builder;
-        fit_meshes(scene, &chosen, !self.is_over(), limits, &mut budget)
+        fit_meshes(scene, chosen, !self.is_over(), limits, budget)
     }
 }
 
@@ -75,7 +117,7 @@ struct Builder<'a> {
     scene: &'a mut Scene,
     made: Vec<(Form, TextureId)>,
     limits: &'a Limits,
-    budget: Budget,
+    budget: &'a mut Budget,
 }
 
 impl Builder<'_> {
@@ -92,138 +134,8 @@ impl Builder<'_> {
             })
         };
         let file = self.file;
-        for setting in &file.settings {
-            self.set(setting, &mut material)?;
-        }
+        lay(&file.settings, &mut material, self)?;
         Ok(material)
-    }
-
-    fn set(&mut self, setting: &Setting, material: &mut Material) -> Result<(), AssignError> {
-        match (&setting.key.kind, &setting.value) {
-            (Kind::Value(Of::Number(_, access)), Value::Number(value)) => (access.set)(material, *value),
-            (Kind::Value(Of::Pair(_, access)), Value::Pair(value)) => (access.set)(material, *value),
-            (Kind::Value(Of::Triple(_, access) | Of::Color(_, access)), Value::Triple(value)) => {
-                (access.set)(material, *value);
-            }
-            (Kind::Value(Of::ColorAndAlpha(_, access)), Value::ColorAndAlpha([r, g, b], alpha)) => {
-                let [.., own] = (access.get)(material);
-                (access.set)(material, [*r, *g, *b, alpha.unwrap_or(own)]);
-            }
-            (Kind::Value(Of::Switch(access)), Value::Switch(value)) => (access.set)(material, *value),
-            (Kind::Value(Of::Name { set, .. }), Value::Text(name)) => set(material, name),
-            (Kind::Value(Of::Texture(slot)), Value::Texture(texture)) => {
-                self.lift(slot.factor.filter(|_| texture.is_some()), material);
-                self.texture(slot, texture.as_deref(), material)?;
-            }
-            (Kind::Part(_, factor), Value::Texture(texture)) => {
-                self.lift(Some(*factor).filter(|_| texture.is_some()), material);
-                let reference = if texture.is_some() { self.packed()? } else { None };
-                if let Of::Texture(slot) = METALLIC_ROUGHNESS_TEXTURE.kind {
-                    slot.set(material, reference);
-                }
-            }
-            // The rest is about the file and not about the material.
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// A texture multiplies; where the file gives no number and there is 0, it would show nothing.
-    fn lift(&self, factor: Option<&Parameter>, material: &mut Material) {
-        let Some(factor) = factor.filter(|factor| self.file.value(factor.name).is_none()) else { return };
-        let is_black = factor.numbers(material) == [0.0; 4];
-        if is_black && matches!(factor.kind, Of::Number(..) | Of::Color(..)) {
-            factor.set_numbers(material, [1.0; 4]);
-        }
-    }
-
-    /// Fills or empties a slot.
-    fn texture(
-        &mut self,
-        slot: &Slot,
-        texture: Option<&TextureUse>,
-        material: &mut Material,
-    ) -> Result<(), AssignError> {
-        let Some(texture) = texture else {
-            slot.set(material, None);
-            return Ok(());
-        };
-        let alpha = slot.alpha_use(material);
-        let reference = match (slot.holds, texture.channel) {
-            (Holds::Channel(usual), channel) if slot.names_channel() => {
-                slot.set_channel(material, channel.unwrap_or(usual));
-                self.whole(texture, slot.color_space(), alpha)?
-            }
-            (Holds::Channel(read), channel) => {
-                // A picture of one number has it in red; only glTF's have it in alpha.
-                let channel = channel.unwrap_or(if read == 3 { 0 } else { read });
-                if channel == read {
-                    self.whole(texture, slot.color_space(), alpha)?
-                } else {
-                    self.one_channel(texture, channel)?
-                }
-            }
-            _ => self.whole(texture, slot.color_space(), alpha)?,
-        };
-        slot.set(material, Some(reference));
-        Ok(())
-    }
-
-    /// A file's picture as it is.
-    fn whole(
-        &mut self,
-        texture: &TextureUse,
-        color_space: ColorSpace,
-        alpha: AlphaUse,
-    ) -> Result<TextureRef, AssignError> {
-        let files = [Some((texture.file.clone(), 4)), None];
-        let form = Form { files, packed: false, color_space, alpha, sampler: texture.sampler };
-        let image = self.file.pictures.get(&texture.file).cloned();
-        self.reference(texture, form, |_| image)
-    }
-
-    /// One channel of a file's picture in all channels.
-    fn one_channel(&mut self, texture: &TextureUse, channel: u8) -> Result<TextureRef, AssignError> {
-        let files = [Some((texture.file.clone(), channel)), None];
-        let form = Form {
-            files,
-            packed: false,
-            color_space: ColorSpace::Linear,
-            alpha: AlphaUse::Data,
-            sampler: texture.sampler,
-        };
-        self.reference(texture, form, |file| {
-            file.pictures.get(&texture.file).map(|image| Arc::new(one_channel(image, channel)))
-        })
-    }
-
-    /// metallic_texture and roughness_texture as the one that the renderer reads.
-    fn packed(&mut self) -> Result<Option<TextureRef>, AssignError> {
-        let file = self.file;
-        let given = |name: &str| match (Key::named(name).map(|key| &key.kind), file.value(name)) {
-            (Some(Kind::Part(usual, _)), Some(Value::Texture(Some(texture)))) => {
-                Some((texture, texture.channel.unwrap_or(*usual)))
-            }
-            _ => None,
-        };
-        let (metallic, roughness) = (given("metallic_texture"), given("roughness_texture"));
-        let Some((texture, _)) = metallic.or(roughness) else { return Ok(None) };
-        let name =
-            |given: Option<(&Box<TextureUse>, u8)>| given.map(|(t, channel)| (t.file.clone(), channel));
-        let form = Form {
-            files: [name(metallic), name(roughness)],
-            packed: true,
-            color_space: ColorSpace::Linear,
-            alpha: AlphaUse::Data,
-            sampler: texture.sampler,
-        };
-        self.reference(texture, form, |file| {
-            let picture = |given: Option<(&Box<TextureUse>, u8)>| {
-                given.and_then(|(t, channel)| file.pictures.get(&t.file).map(|image| (&**image, channel)))
-            };
-            metallic_roughness(picture(metallic), picture(roughness)).map(Arc::new)
-        })
-        .map(Some)
     }
 
     /// The texture of that form, made if there is none yet.
@@ -250,6 +162,56 @@ impl Builder<'_> {
             }
         };
         Ok(TextureRef { texture: id, uv_set: texture.uv_set, transform: texture.transform })
+    }
+}
+
+impl TextureMaker for Builder<'_> {
+    type Error = AssignError;
+
+    fn whole(
+        &mut self,
+        texture: &TextureUse,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+    ) -> Result<Option<TextureRef>, AssignError> {
+        let files = [Some((texture.file.clone(), 4)), None];
+        let form = Form { files, packed: false, color_space, alpha, sampler: texture.sampler };
+        let image = self.file.pictures.get(&texture.file).cloned();
+        self.reference(texture, form, |_| image).map(Some)
+    }
+
+    fn one_channel(&mut self, texture: &TextureUse, channel: u8) -> Result<Option<TextureRef>, AssignError> {
+        let files = [Some((texture.file.clone(), channel)), None];
+        let form = Form {
+            files,
+            packed: false,
+            color_space: ColorSpace::Linear,
+            alpha: AlphaUse::Data,
+            sampler: texture.sampler,
+        };
+        self.reference(texture, form, |file| {
+            file.pictures.get(&texture.file).map(|image| Arc::new(one_channel(image, channel)))
+        })
+        .map(Some)
+    }
+
+    fn packed(&mut self, metallic: Part<'_>, roughness: Part<'_>) -> Result<Option<TextureRef>, AssignError> {
+        let Some((texture, _)) = metallic.or(roughness) else { return Ok(None) };
+        let name = |given: Part<'_>| given.map(|(t, channel)| (t.file.clone(), channel));
+        let form = Form {
+            files: [name(metallic), name(roughness)],
+            packed: true,
+            color_space: ColorSpace::Linear,
+            alpha: AlphaUse::Data,
+            sampler: texture.sampler,
+        };
+        self.reference(texture, form, |file| {
+            let picture = |given: Part<'_>| {
+                given.and_then(|(t, channel)| file.pictures.get(&t.file).map(|image| (&**image, channel)))
+            };
+            metallic_roughness(picture(metallic), picture(roughness)).map(Arc::new)
+        })
+        .map(Some)
     }
 }
 

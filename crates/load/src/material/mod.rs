@@ -30,6 +30,7 @@ mod assign;
 mod builtin;
 mod error;
 mod keys;
+mod laid;
 #[cfg(feature = "more-models")]
 mod materialx;
 #[cfg(not(feature = "more-models"))]
@@ -42,7 +43,12 @@ mod texture;
 pub use builtin::BuiltinMaterial;
 pub use error::{AssignError, MaterialError, MaterialErrorReason};
 pub use keys::{MaterialKey, MaterialValueKind, material_keys};
+pub(crate) use laid::{Part, Recipe, TextureMaker};
+use materialx::is_xml;
+#[cfg(feature = "more-models")]
+pub(crate) use materialx::{Element, Includes, Surface, materials, surface};
 pub use text::GivenPictures;
+pub(crate) use texture::TextureUse;
 
 use super::{Context, LoadError, Warning};
 use overcoat_core::jobs::Jobs;
@@ -62,6 +68,16 @@ pub struct MaterialFile {
     pictures: Pictures,
     text: String,
     /// About a document of another format that this was made of.
+    notes: Vec<Warning>,
+    /// Further materials of such a document, each with its name as description.
+    others: Vec<Self>,
+}
+
+/// A document of another format as the texts of material files.
+#[derive(Default)]
+struct Translated {
+    /// The first material, and those after it.
+    texts: Vec<String>,
     notes: Vec<Warning>,
 }
 
@@ -109,17 +125,15 @@ impl MaterialFile {
         let text = std::str::from_utf8(bytes).map_err(|_| {
             MaterialError::whole(MaterialErrorReason::Unreadable("it is not a text file".to_owned()))
         })?;
-        let (translated, notes);
-        let text = if materialx::is_xml(bytes) {
-            (translated, notes) = materialx::to_toml(text, given, context)?;
-            translated.as_str()
+        let Translated { texts, notes } = if is_xml(bytes) {
+            materialx::to_toml(text, given, context)?
         } else {
-            notes = Vec::new();
-            text
+            Translated { texts: vec![text.to_owned()], notes: Vec::new() }
         };
-        let settings = parse::parse(text)?;
+        let settings = texts.iter().map(|text| parse::parse(text)).collect::<Result<Vec<_>, _>>()?;
         let wanted: Vec<Wanted<'_>> = settings
             .iter()
+            .flatten()
             .filter_map(|setting| match &setting.value {
                 Value::Texture(Some(texture)) => {
                     Some(Wanted { line: setting.line, key: setting.key.name, file: &texture.file })
@@ -128,10 +142,21 @@ impl MaterialFile {
             })
             .collect();
         let pictures = Pictures::load(&wanted, given, context)?;
-        Ok(Self { settings, pictures, text: text.to_owned(), notes })
+        let mut files = settings.into_iter().zip(texts).map(|(settings, text)| Self {
+            settings,
+            pictures: pictures.clone(),
+            text,
+            notes: Vec::new(),
+            others: Vec::new(),
+        });
+        // A document without any is an error of its own.
+        let first = files.next().ok_or_else(|| {
+            MaterialError::whole(MaterialErrorReason::Unreadable("it has no material".to_owned()))
+        })?;
+        Ok(Self { others: files.collect(), notes, ..first })
     }
 
-    /// The file as it was read; of a MaterialX document the material file that says the same.
+    /// The file as it was read; of a MaterialX document the material file that says the same as its first material.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text

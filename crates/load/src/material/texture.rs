@@ -12,22 +12,22 @@ use std::sync::Arc;
 
 /// Texture of a material file, as its key describes it.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct TextureUse {
+pub(crate) struct TextureUse {
     /// As written.
-    pub(super) file: String,
+    pub(crate) file: String,
     /// Channel, where the key takes one and the file gives it.
-    pub(super) channel: Option<u8>,
+    pub(crate) channel: Option<u8>,
     /// Set of texture coordinates.
-    pub(super) uv_set: u8,
+    pub(crate) uv_set: u8,
     /// Applied to the coordinates.
-    pub(super) transform: UvTransform,
+    pub(crate) transform: UvTransform,
     /// Filters and wrapping.
-    pub(super) sampler: Sampler,
+    pub(crate) sampler: Sampler,
 }
 
 impl TextureUse {
     /// True if one texture can take the place of both.
-    pub(super) fn lies_like(&self, other: &Self) -> bool {
+    pub(crate) fn lies_like(&self, other: &Self) -> bool {
         self.uv_set == other.uv_set && self.transform == other.transform && self.sampler == other.sampler
     }
 }

@@ -2,7 +2,7 @@
 
 use super::GivenPictures;
 use super::error::{MaterialError, MaterialErrorReason};
-use crate::{Context, Warning};
+use crate::Context;
 
 pub(super) fn is_xml(bytes: &[u8]) -> bool {
     bytes.trim_ascii_start().first() == Some(&b'<')
@@ -12,7 +12,7 @@ pub(super) fn to_toml(
     _: &str,
     _: &GivenPictures,
     _: &Context<'_>,
-) -> Result<(String, Vec<Warning>), MaterialError> {
+) -> Result<super::Translated, MaterialError> {
     let message = "documents of MaterialX are not read by this program".to_owned();
     Err(MaterialError::whole(MaterialErrorReason::Unreadable(message)))
 }

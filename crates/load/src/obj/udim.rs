@@ -1,5 +1,4 @@
-//! Textures in tiles (UDIM): each unit square of texture coordinates has a picture of its own, whose number 1001 + column + 10
-//! row stands in the name of its file.
+//! Textures in tiles ([`udim`]).
 //!
 //! A material whose maps are named `skin.<UDIM>.png`, or `skin.1001.png` where faces lie in other squares, is drawn as one for
 //! each tile: the same with the number in its names. Coordinates stay as they are: pictures repeat, and each tile is one
@@ -8,17 +7,13 @@
 use super::assemble::Assembled;
 use super::library::Library;
 use super::parse::Obj;
+use crate::udim;
 use std::collections::BTreeMap;
 
-/// Stands for the number of the tile.
-const MARK: &str = "<udim>";
 /// The number of the first tile, in a name.
 const FIRST: &str = ".1001.";
 /// Separator of the name of a material and the number of a tile: no name of a file has it.
 const SEPARATOR: char = '\0';
-/// Columns, and rows, of tiles: numbers have four digits.
-const COLUMNS: f32 = 10.0;
-const ROWS: f32 = 900.0;
 /// Most tiles of a file; what lies in others has the first.
 const MOST: usize = 1024;
 
@@ -36,7 +31,7 @@ pub(super) fn tiles(obj: &mut Obj, assembled: &Assembled, library: &Library<'_>)
         let material = obj.sections.get(section as usize).and_then(|section| section.material);
         let tiled = material.filter(|&material| is_tiled.get(material as usize) == Some(&true));
         let tile = triangle.map(|v| uvs.get(v as usize).copied().unwrap_or_default());
-        let tile = tiled.zip(number(tile).filter(|&tile| tile != 1001));
+        let tile = tiled.zip(udim::tile(tile).filter(|&tile| tile != udim::FIRST));
         out.push(match tile {
             None => material,
             Some(key) => known.get(&key).copied().or_else(|| {
@@ -54,15 +49,6 @@ pub(super) fn tiles(obj: &mut Obj, assembled: &Assembled, library: &Library<'_>)
     out
 }
 
-/// The number of the tile in which the middle of a triangle lies; `None` beside all tiles.
-fn number(uvs: [[f32; 2]; 3]) -> Option<u32> {
-    let [a, b, c] = uvs;
-    // v runs up in the file, down here.
-    let [u, v] = [(a[0] + b[0] + c[0]) / 3.0, 1.0 - (a[1] + b[1] + c[1]) / 3.0];
-    let inside = (0.0..COLUMNS).contains(&u) && (0.0..ROWS).contains(&v);
-    inside.then(|| (u as u32).saturating_add((v as u32).saturating_mul(10)).saturating_add(1001))
-}
-
 /// Name of a material and number of its tile.
 pub(super) fn split(name: &str) -> (&str, Option<&str>) {
     name.split_once(SEPARATOR).map_or((name, None), |(name, tile)| (name, Some(tile)))
@@ -70,7 +56,7 @@ pub(super) fn split(name: &str) -> (&str, Option<&str>) {
 
 /// True if a map is one of many tiles.
 pub(super) fn is_tiled(material: &tobj::Material) -> bool {
-    texts(&mut material.clone()).any(|text| text.contains(FIRST) || marked(text).is_some())
+    texts(&mut material.clone()).any(|text| text.contains(FIRST) || udim::marked(text).is_some())
 }
 
 /// The material with the number of a tile in the names of its maps.
@@ -85,21 +71,15 @@ pub(super) fn variant(material: &tobj::Material, tile: &str) -> tobj::Material {
 /// The name of the first tile of a map of a material without marks: the picture may be that of all tiles.
 pub(super) fn first_tile(material: &tobj::Material, name: &str, tile: &str) -> Option<String> {
     let number = format!(".{tile}.");
-    let has_marks = texts(&mut material.clone()).any(|text| marked(text).is_some());
+    let has_marks = texts(&mut material.clone()).any(|text| udim::marked(text).is_some());
     (!has_marks && name.contains(&number)).then(|| name.replacen(&number, FIRST, 1))
 }
 
 fn with_number(text: &str, tile: &str) -> String {
-    match marked(text) {
+    match udim::marked(text) {
         Some((before, after)) => format!("{before}{tile}{after}"),
         None => text.replacen(FIRST, &format!(".{tile}."), 1),
     }
-}
-
-/// Parts before and behind the mark.
-fn marked(text: &str) -> Option<(&str, &str)> {
-    let at = text.as_bytes().windows(MARK.len()).position(|w| w.eq_ignore_ascii_case(MARK.as_bytes()))?;
-    text.get(..at).zip(text.get(at.checked_add(MARK.len())?..))
 }
 
 /// Statements that name maps.
@@ -118,20 +98,6 @@ fn texts(material: &mut tobj::Material) -> impl Iterator<Item = &mut String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn tiles_are_numbered_by_column_and_row() {
-        let at = |u: f32, v: f32| number([[u, 1.0 - v]; 3]);
-        assert_eq!(at(0.5, 0.5), Some(1001));
-        assert_eq!(
-            (at(1.5, 0.5), at(9.5, 0.5), at(0.5, 1.5), at(2.5, 3.5)),
-            (Some(1002), Some(1010), Some(1011), Some(1033))
-        );
-        assert_eq!(
-            (at(-0.5, 0.5), at(10.5, 0.5), at(0.5, -0.1), at(f32::NAN, 0.0)),
-            (None, None, None, None)
-        );
-    }
 
     #[test]
     fn numbers_stand_for_marks_and_first_tiles() {

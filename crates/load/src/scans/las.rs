@@ -133,9 +133,9 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
         warnings.add(|| format!("{FORMAT}: the file ends after {there} of {all}"));
     }
     let count = there.min(header.points);
-    Scan::check(context, count)?;
-    let count = usize::try_from(count).unwrap_or(usize::MAX);
-    let records = || header.body.chunks_exact(header.length).take(count);
+    let stride = Scan::stride(FORMAT, context, count, &mut warnings)?;
+    let [count, stride] = [count, stride].map(|v| usize::try_from(v).unwrap_or(usize::MAX));
+    let records = || header.body.chunks_exact(header.length).take(count).step_by(stride);
     let color_at = FORMATS.get(header.format).and_then(|(_, color)| *color);
     let codes = |record: &[u8]| {
         let place = color_at?;

@@ -1,5 +1,6 @@
 //! Files of laser scanners and depth cameras: clouds of points.
 
+pub(crate) mod e57;
 pub(crate) mod las;
 mod laz;
 mod lzf;
@@ -12,10 +13,13 @@ pub(crate) mod xyz;
 use crate::mesh_formats::{check_mesh, finish};
 use crate::origin::Region;
 use crate::point_clouds::{Points, add};
-use crate::warnings::Warnings;
+use crate::warnings::{Warnings, counted};
 use crate::{Context, LoadError, Loaded};
 use overcoat_core::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use overcoat_scene::Scene;
+
+/// Bytes of a frame that drawing a point takes: some forty, and those of the picture.
+const FRAME: u64 = 64;
 
 /// Points in double precision, before they have an origin.
 #[derive(Debug, Default)]
@@ -33,19 +37,47 @@ impl Scan {
         check_mesh(context, 0, count.saturating_mul(2))
     }
 
+    /// Step through so many points that takes as many of them as the limits allow: 1 for all, 2 for every second one... Beyond 1
+    /// there is a warning.
+    fn stride(
+        format: &str,
+        context: &Context<'_>,
+        count: u64,
+        warnings: &mut Warnings,
+    ) -> Result<u64, LoadError> {
+        let limits = context.limits;
+        // As `check_mesh` counts them, and no more than one frame can draw.
+        let most = (limits.vertices.min(limits.decoded_bytes / 24) / 2).min(limits.frame_bytes / FRAME);
+        let stride = count.div_ceil(most.max(1)).max(1);
+        Self::check(context, count.div_ceil(stride))?;
+        if stride > 1 {
+            let points = counted(count, "point");
+            warnings
+                .add(|| format!("{format}: of {points} one in {stride} is drawn: the limits allow no more"));
+        }
+        Ok(stride)
+    }
+
     /// The scene of the scan alone, about an origin in a region far away if there is one.
-    fn finish(
-        self,
+    fn finish(self, format: &str, region: Option<&Region>, warnings: Warnings) -> Result<Loaded, LoadError> {
+        Self::finish_all(vec![self], format, region, warnings)
+    }
+
+    /// The scene of scans whose points differ in what is known of them, likewise.
+    fn finish_all(
+        scans: Vec<Self>,
         format: &str,
         region: Option<&Region>,
         mut warnings: Warnings,
     ) -> Result<Loaded, LoadError> {
         let mut scene = Scene::new();
-        let origin = region.map(|region| region.origin(self.positions.iter().copied()));
-        let origin = origin.unwrap_or_default();
+        let all = scans.iter().flat_map(|scan| scan.positions.iter().copied());
+        let origin = region.map(|region| region.origin(all)).unwrap_or_default();
         scene.set_origin(origin.0);
-        let positions = self.positions.iter().map(|&position| origin.relative(position)).collect();
-        add(&mut scene, format, Points { positions, ..self.rest }, 0, &mut warnings)?;
+        for (scan, object) in scans.into_iter().zip(0..) {
+            let positions = scan.positions.iter().map(|&position| origin.relative(position)).collect();
+            add(&mut scene, format, Points { positions, ..scan.rest }, object, &mut warnings)?;
+        }
         if scene.instances().is_empty() {
             warnings.add(|| format!("{format}: the file has no points"));
         }

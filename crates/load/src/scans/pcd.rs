@@ -335,8 +335,10 @@ fn binary(
     warnings: &mut Warnings,
 ) -> Result<(), LoadError> {
     let there = (body.len() as u64).checked_div(header.stride as u64).unwrap_or(0);
-    Scan::check(context, header.points.min(there))?;
-    for number in 0..usize::try_from(header.points.min(there)).unwrap_or(usize::MAX) {
+    let count = header.points.min(there);
+    let stride = Scan::stride(FORMAT, context, count, warnings)?;
+    let [count, stride] = [count, stride].map(|v| usize::try_from(v).unwrap_or(usize::MAX));
+    for number in (0..count).step_by(stride) {
         let bytes = |field: &Field| {
             let (first, step) = reach(field);
             body.get(first.checked_add(number.checked_mul(step)?)?..)
@@ -395,7 +397,6 @@ fn unpack(header: &Header<'_>, context: &Context<'_>) -> Result<Vec<u8>, LoadErr
     let Some(data) = rest.get(..packed as usize) else {
         return Err(malformed(format!("the file ends after {} of {packed} compressed bytes", rest.len())));
     };
-    Scan::check(context, header.points)?;
     Budget::new(context.limits).charge(|| format!("{FORMAT}: the data"), size.into(), 1)?;
     lzf::unpack(data, size as usize).ok_or_else(|| malformed("the compressed data are damaged".to_owned()))
 }

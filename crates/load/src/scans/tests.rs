@@ -253,10 +253,14 @@ fn las_as_programs_write_it() {
     packed[104] |= 0x80;
     let error = load(&packed, Format::Las).unwrap_err();
     assert_eq!(error.to_string(), "LAZ: the description of the compression is missing");
-    let limits = limits().with_vertices(3);
     let bytes = las(2, 0, &points([0; 3]));
-    let result = load_beside(&bytes, Format::Las, &MemoryResolver::default(), &limits);
-    assert!(matches!(result, Err(LoadError::Limit(_))));
+    let within = |vertices: u64| {
+        let limits = limits().with_vertices(vertices);
+        load_beside(&bytes, Format::Las, &MemoryResolver::default(), &limits)
+    };
+    let loaded = within(3).unwrap();
+    assert_eq!(warnings(&loaded), ["LAS: of 2 points one in 2 is drawn: the limits allow no more"]);
+    assert!(matches!(within(1), Err(LoadError::Limit(_))));
 }
 
 /// Two scans of two points and a miss; the second stands 10 further along x, turned by 90 degrees about z.

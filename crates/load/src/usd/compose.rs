@@ -81,6 +81,7 @@ pub(super) struct Found {
     /// Connections or targets, as paths of the stage.
     pub(super) targets: Vec<String>,
     pub(super) interpolation: Option<String>,
+    pub(super) color_space: Option<String>,
 }
 
 impl Composed {
@@ -131,6 +132,9 @@ impl Composed {
                 }
                 if found.interpolation.is_none() {
                     found.interpolation.clone_from(&property.interpolation);
+                }
+                if found.color_space.is_none() {
+                    found.color_space.clone_from(&property.color_space);
                 }
                 if !property.targets.is_empty() {
                     edits.push((site, &property.targets));

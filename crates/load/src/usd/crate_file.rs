@@ -489,6 +489,7 @@ impl<'a> File<'a, '_> {
                     }
                 }
                 "interpolation" => property.interpolation = self.text(rep)?,
+                "colorSpace" => property.color_space = self.text(rep)?,
                 "connectionPaths" | "targetPaths" => property.targets = self.paths_op(rep)?,
                 _ => {}
             }

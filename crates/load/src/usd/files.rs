@@ -1,6 +1,7 @@
 //! Files of a scene: layers and pictures, found from the file that names them.
 
 use super::layer::Layer;
+use super::materialx::Documents;
 use super::{FORMAT, crate_file, text};
 use crate::budget::Budget;
 use crate::nearby::{Nearby, folder_of};
@@ -26,6 +27,7 @@ pub(super) struct Files<'c> {
     known: BTreeMap<(String, String), Option<Rc<Layer>>>,
     /// By where they are.
     layers: BTreeMap<String, Rc<Layer>>,
+    pub(super) documents: Documents,
 }
 
 /// Reads a layer of either syntax.
@@ -54,6 +56,7 @@ impl<'c> Files<'c> {
             said: BTreeSet::new(),
             known: BTreeMap::new(),
             layers: BTreeMap::new(),
+            documents: Documents::default(),
         }
     }
 
@@ -105,7 +108,10 @@ impl<'c> Files<'c> {
             return Ok(Rc::clone(known));
         }
         self.budget.charge(|| format!("{FORMAT}: layers"), found.bytes.len() as u64, 1)?;
-        let mut layer = read_layer(&found.bytes, self.context, &mut self.budget, &mut self.warnings)?;
+        let mut layer = match self.document(&found.name, &found.bytes)? {
+            Some(layer) => layer,
+            None => read_layer(&found.bytes, self.context, &mut self.budget, &mut self.warnings)?,
+        };
         layer.name = found.name;
         let layer = Rc::new(layer);
         self.layers.insert(layer.name.clone(), Rc::clone(&layer));

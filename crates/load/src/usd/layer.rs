@@ -196,6 +196,8 @@ pub(super) struct Property {
     /// Connections or targets.
     pub(super) targets: ListOp<String>,
     pub(super) interpolation: Option<String>,
+    /// Space of a colour or picture: `srgb_texture`, `raw`.
+    pub(super) color_space: Option<String>,
 }
 
 /// Kinds of prims in a layer.

@@ -2,27 +2,34 @@
 
 use super::FORMAT;
 use super::compose::{Composed, Stage};
+use super::materialx::Outcome;
 use super::mesh::{Reads, unit};
 use super::network::{Picture, Source};
 use crate::encoded_image::{EncodedImage, warn_of_reduced};
 use crate::image::scaled_texel;
 use crate::mesh_formats::picture_of;
 use crate::text::quoted;
-use crate::{LoadError, TextureLoading};
+use crate::{LoadError, TextureLoading, udim};
 use overcoat_core::limits::Limits;
 use overcoat_scene::parameters::EMISSIVE;
 use overcoat_scene::{
-    AlphaMode, AlphaUse, ColorSpace, Image, Material, NormalTexture, Scene, Texture, TextureId, TextureRef,
-    Workflow,
+    AlphaMode, AlphaUse, ColorSpace, Image, Material, NormalTexture, Sampler, Scene, Texture, TextureId,
+    TextureRef, Workflow, Wrap, level_size,
 };
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::Arc;
+
+/// Part of what is left of the budget that a texture made of others may take: one in so many.
+const PARTS: u64 = 32;
 
 /// A material, and what it reads of a mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Look {
     pub(super) material: Material,
     pub(super) reads: Reads,
+    /// Some of its pictures are in tiles.
+    pub(super) is_tiled: bool,
 }
 
 /// Textures by what they are made of.
@@ -30,18 +37,20 @@ pub(super) struct Look {
 pub(super) struct Textures {
     images: BTreeMap<(String, String), Option<EncodedImage>>,
     made: BTreeMap<String, Option<TextureId>>,
+    /// Steps of the readers of MaterialX so far.
+    pub(super) steps: u64,
 }
 
 /// Source of one channel of a picture that is made of others.
 #[derive(Clone, Copy, Debug)]
-enum Channel<'p> {
+pub(super) enum Channel<'p> {
     Value(u8),
     /// A channel of a picture.
     Of(&'p Picture, usize),
 }
 
 /// Use of a texture: name in messages, colour space and use of alpha.
-type Use = (ColorSpace, AlphaUse);
+pub(super) type Use = (ColorSpace, AlphaUse);
 
 /// Draws preview surfaces.
 pub(super) struct Maker<'m, 'c> {
@@ -49,7 +58,10 @@ pub(super) struct Maker<'m, 'c> {
     pub(super) scene: &'m mut Scene,
     pub(super) textures: &'m mut Textures,
     pub(super) loading: TextureLoading,
-    reads: Reads,
+    pub(super) reads: Reads,
+    /// Tile whose pictures are meant.
+    tile: Option<u32>,
+    pub(super) is_tiled: bool,
 }
 
 impl<'m, 'c> Maker<'m, 'c> {
@@ -59,20 +71,52 @@ impl<'m, 'c> Maker<'m, 'c> {
         textures: &'m mut Textures,
         loading: TextureLoading,
     ) -> Self {
-        Self { stage, scene, textures, loading, reads: Reads::default() }
+        Self { stage, scene, textures, loading, reads: Reads::default(), tile: None, is_tiled: false }
     }
 
-    /// The look of a material; `None`, with a warning, if it has no preview surface.
+    /// Takes the pictures of a tile, where they are in tiles.
+    pub(super) fn of_tile(self, tile: Option<u32>) -> Self {
+        Self { tile, ..self }
+    }
+
+    /// The look of a material; `None`, with a warning, if no surface of it is read.
+    ///
+    /// One of MaterialX wins over a preview surface beside it, which is a simpler stand-in for it; unless what decides the look is
+    /// not read of it, or it is a preview surface in MaterialX's words.
     pub(super) fn look(mut self, of: &Composed) -> Result<Option<Look>, LoadError> {
-        let Some(shader) = self.stage.surface(of)? else { return Ok(None) };
-        let shader = &*shader;
+        let shaders = self.stage.surfaces(of)?;
+        let id = |shader: &Rc<Composed>| shader.text("info:id").unwrap_or_default();
+        let preview = shaders.iter().find(|shader| id(shader) == "UsdPreviewSurface");
+        let unread = match self.materialx(of, &shaders, preview.is_some())? {
+            Outcome::Read(look) => return Ok(Some(*look)),
+            Outcome::Absent => None,
+            Outcome::Lost(why) => Some(why),
+        };
+        let name = quoted(of.path.as_bytes());
+        let Some(shader) = preview else {
+            let message = match (unread, shaders.first().map(id)) {
+                (Some(why), _) => format!("is not drawn: {why}"),
+                (None, Some(id)) => format!("has shader {}, which is not drawn", quoted(id.as_bytes())),
+                (None, None) => "has no surface that is known".to_owned(),
+            };
+            self.stage.files.say(|| format!("{FORMAT}: material {name} {message}"));
+            return Ok(None);
+        };
+        if let Some(why) = unread {
+            self.stage.files.say(|| {
+                format!(
+                    "{FORMAT}: material {name} is drawn by its preview surface in place of MaterialX's: {why}"
+                )
+            });
+        }
+        let shader = &**shader;
         let mut material = Material::default().with(|m| m.name = of.name().to_owned());
         // The clear coat of UsdPreviewSurface returns nothing to the base.
         material.lobes.coat.darkening = 0.0;
         self.base(shader, &mut material)?;
         self.reflection(shader, &mut material)?;
         self.details(shader, &mut material)?;
-        Ok(Some(Look { material, reads: self.reads }))
+        Ok(Some(Look { material, reads: self.reads, is_tiled: self.is_tiled }))
     }
 
     /// A number, or its picture.
@@ -261,12 +305,20 @@ impl<'m, 'c> Maker<'m, 'c> {
     }
 
     /// A texture of four channels; `None`, with a warning, if its pictures cannot be had.
-    fn texture(&mut self, channels: [Channel<'_>; 4], form: Use) -> Result<Option<TextureRef>, LoadError> {
+    pub(super) fn texture(
+        &mut self,
+        channels: [Channel<'_>; 4],
+        form: Use,
+    ) -> Result<Option<TextureRef>, LoadError> {
         let main =
             channels.iter().find_map(|c| if let Channel::Of(picture, _) = c { Some(*picture) } else { None });
         let Some(main) = main else { return Ok(None) };
         let uv_set = self.uv_set(main);
-        let key = format!("{channels:?} {form:?} {:?}", main.sampler);
+        if self.tile.is_none() && udim::marked(&main.file).is_some() {
+            self.is_tiled = true;
+            return Ok(None);
+        }
+        let key = format!("{channels:?} {form:?} {:?} {:?}", main.sampler, self.tile);
         let texture = match self.textures.made.get(&key) {
             Some(known) => *known,
             None => {
@@ -309,7 +361,10 @@ impl<'m, 'c> Maker<'m, 'c> {
         form: Use,
     ) -> Result<Option<Texture>, LoadError> {
         let (space, alpha) = form;
-        let form = (space, alpha, main.sampler);
+        // Each tile is one period of its picture.
+        let repeated = Sampler { wrap_u: Wrap::Repeat, wrap_v: Wrap::Repeat, ..main.sampler };
+        let sampler = if udim::marked(&main.file).is_some() { repeated } else { main.sampler };
+        let form = (space, alpha, sampler);
         let is_as_it_is = |needed: [bool; 4]| {
             channels.iter().enumerate().zip(needed).all(|((k, channel), needed)| match channel {
                 Channel::Of(picture, own) => {
@@ -346,7 +401,8 @@ impl<'m, 'c> Maker<'m, 'c> {
             }
         }
         let side = |f: fn(&Image) -> u32| pictures.iter().map(|(_, image)| f(image)).max().unwrap_or(1);
-        let (width, height) = (side(Image::width), side(Image::height));
+        let full = [side(Image::width), side(Image::height)];
+        let [width, height] = self.fitting(full);
         let count = u64::from(width).saturating_mul(height.into());
         self.stage.files.budget.charge(|| format!("{FORMAT}: textures made of others"), count, 4)?;
         let texel = |x: u32, y: u32| {
@@ -370,28 +426,51 @@ impl<'m, 'c> Maker<'m, 'c> {
         let texels =
             (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
         let image = Image::new(width, height, texels).map_err(LoadError::scene("USD: texture"))?;
-        Ok(Some(Texture::new(Arc::new(image), space, alpha, main.sampler)))
+        Ok(Some(Texture::new(Arc::new(image), space, alpha, sampler)))
+    }
+
+    /// Size of a texture that is made of others: halves of its own while it takes more than a part of the budget, of which others need
+    /// some, too.
+    fn fitting(&mut self, full: [u32; 2]) -> [u32; 2] {
+        let most = self.stage.files.budget.left() / PARTS;
+        let mut level = 0;
+        let mut size = full;
+        while u64::from(size[0]).saturating_mul(size[1].into()).saturating_mul(4) > most && size != [1; 2] {
+            level = u32::saturating_add(level, 1);
+            size = level_size(full, level);
+        }
+        if size != full {
+            self.stage.files.say_texture(|| {
+                format!("{FORMAT}: textures made of others are made smaller: the textures are large (decoded_bytes)")
+            });
+        }
+        size
     }
 
     /// The file of a picture.
-    fn image(&mut self, picture: &Picture) -> Result<Option<EncodedImage>, LoadError> {
-        let key = (picture.folder.clone(), picture.file.clone());
+    pub(super) fn image(&mut self, picture: &Picture) -> Result<Option<EncodedImage>, LoadError> {
+        let mut file = picture.file.clone();
+        // Without a tile, only what is read of a mesh is wanted.
+        let mut is_wanted = true;
+        if let Some((before, after)) = udim::marked(&picture.file) {
+            self.is_tiled = true;
+            is_wanted = self.tile.is_some();
+            file = format!("{before}{}{after}", self.tile.unwrap_or(udim::FIRST));
+        }
+        let key = (picture.folder.clone(), file.clone());
         if let Some(known) = self.textures.images.get(&key) {
             return Ok(known.clone());
         }
         let files = &mut self.stage.files;
-        let what = format!("{FORMAT}: texture {}", quoted(picture.file.as_bytes()));
-        let tile = picture.file.replace("<UDIM>", "1001");
-        if tile != picture.file {
-            files.say(|| format!("{what} has tiles, of which the first is drawn"));
-        }
+        let what = format!("{FORMAT}: texture {}", quoted(file.as_bytes()));
         let limit = files.context.limits.input_bytes;
-        let read = match files.nearby.read(files.context, &picture.folder, [tile.as_str()], limit) {
+        let read = match files.nearby.read(files.context, &picture.folder, [file.as_str()], limit) {
             Ok(found) => picture_of(what, found.bytes, files.context, &mut files.budget)?,
             Err(error) => Err(format!("{what} is left out: {error}")),
         };
         let image = match read {
             Ok(image) => Some(image),
+            Err(_) if !is_wanted => return Ok(None),
             Err(why) => {
                 files.say_texture(|| why);
                 None

@@ -26,7 +26,7 @@ enum Per {
 }
 
 /// Values of a mesh.
-struct Values<const N: usize> {
+pub(super) struct Values<const N: usize> {
     per: Per,
     values: Vec<[f32; N]>,
     /// Places in these; empty: in order.
@@ -35,11 +35,11 @@ struct Values<const N: usize> {
 
 /// Numbers of points, faces and corners.
 #[derive(Clone, Copy)]
-struct Counts([usize; 3]);
+pub(super) struct Counts(pub(super) [usize; 3]);
 
 impl<const N: usize> Values<N> {
     /// Values of an attribute; `None` if it has none.
-    fn read(prim: &Composed, name: &str, counts: Counts) -> Option<Self> {
+    pub(super) fn read(prim: &Composed, name: &str, counts: Counts) -> Option<Self> {
         let found = prim.property(name)?;
         let values = found.value?.tuples::<N>();
         let indices = prim.value(&format!("{name}:indices")).map(|v| v.ints().to_vec()).unwrap_or_default();
@@ -70,6 +70,11 @@ impl<const N: usize> Values<N> {
             return u32::try_from(place).unwrap_or(u32::MAX);
         }
         self.indices.get(place).map_or(u32::MAX, |&index| index.cast_unsigned())
+    }
+
+    /// The value of a point of a prim without faces.
+    pub(super) fn of_point(&self, point: usize) -> Option<[f32; N]> {
+        self.get(self.index(0, point, point))
     }
 
     fn get(&self, index: u32) -> Option<[f32; N]> {
@@ -236,7 +241,7 @@ impl<'p> Geometry<'p> {
 }
 
 /// Name of the attribute of a primvar.
-fn primvar(name: &str) -> String {
+pub(super) fn primvar(name: &str) -> String {
     format!("primvars:{name}")
 }
 

@@ -5,20 +5,30 @@
 //! cage, skins at rest; proxies, guides and what is invisible are left out. Units become metres, and the axis that is up is that of
 //! the root layer.
 
+mod camera;
 mod compose;
 mod crate_file;
 mod crate_values;
+mod curves;
 mod files;
 mod layer;
+mod lights;
 mod look;
 mod lz4;
+#[cfg(feature = "material-files")]
+mod materialx;
+#[cfg(not(feature = "material-files"))]
+#[path = "without_materialx.rs"]
+mod materialx;
 mod mesh;
 mod network;
+mod points;
 mod scene;
 mod shapes;
 #[cfg(test)]
 mod tests;
 mod text;
+mod tube;
 mod xform;
 
 use super::archive::{self, Archive};

@@ -12,6 +12,9 @@ use std::rc::Rc;
 /// Connections that follow each other at most.
 const HOPS: usize = 32;
 
+/// Primvars of the two sets of texture coordinates, where nothing names them.
+pub(super) const SETS: [&str; 2] = ["st", "st1"];
+
 /// A picture that an input reads.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Picture {
@@ -41,30 +44,22 @@ pub(super) enum Source {
 }
 
 impl Stage<'_> {
-    /// The surface shader of a material.
-    pub(super) fn surface(&mut self, material: &Composed) -> Result<Option<Rc<Composed>>, LoadError> {
-        let mut other = None;
+    /// The surface shaders of a material: that of all renderers, then MaterialX's, then those of others.
+    pub(super) fn surfaces(&mut self, material: &Composed) -> Result<Vec<Rc<Composed>>, LoadError> {
         let names = material.property_names();
         let outputs =
             names.into_iter().filter(|name| name.starts_with("outputs:") && name.ends_with("surface"));
         let mut outputs: Vec<&str> = outputs.collect();
-        // The universal one first.
-        outputs.sort_by_key(|name| *name != "outputs:surface");
+        outputs.sort_by_key(|name| match *name {
+            "outputs:surface" => 0,
+            "outputs:mtlx:surface" => 1,
+            _ => 2,
+        });
+        let mut shaders = Vec::new();
         for output in outputs {
-            let Some(shader) = self.shader(material, output)? else { continue };
-            let id = shader.text("info:id").unwrap_or_default();
-            if id == "UsdPreviewSurface" {
-                return Ok(Some(shader));
-            }
-            other.get_or_insert(id);
+            shaders.extend(self.shader(material, output)?);
         }
-        let name = quoted(material.path.as_bytes());
-        let message = match other {
-            Some(id) => format!("has shader {}, which is not drawn", quoted(id.as_bytes())),
-            None => "has no surface that is known".to_owned(),
-        };
-        self.files.say(|| format!("{FORMAT}: material {name} {message}"));
-        Ok(None)
+        Ok(shaders)
     }
 
     /// The shader that a property is connected to in the end.
@@ -73,7 +68,7 @@ impl Stage<'_> {
     }
 
     /// The last prim and property of a chain of connections; `None` without any.
-    fn connected(
+    pub(super) fn connected(
         &mut self,
         prim: &Composed,
         property: &str,
@@ -95,7 +90,7 @@ impl Stage<'_> {
     }
 
     /// The value of an input: its own, or that of what it is connected to.
-    fn plain(&mut self, shader: &Composed, name: &str) -> Result<Option<Found>, LoadError> {
+    pub(super) fn plain(&mut self, shader: &Composed, name: &str) -> Result<Option<Found>, LoadError> {
         let own = shader.property(name);
         match self.connected(shader, name)? {
             Some((prim, property)) if prim.type_name() != "Shader" => Ok(prim.property(&property).or(own)),
@@ -109,7 +104,7 @@ impl Stage<'_> {
         Ok(value.map(|value| value.doubles().into_owned()).unwrap_or_default())
     }
 
-    fn plain_text(&mut self, shader: &Composed, name: &str) -> Result<Option<String>, LoadError> {
+    pub(super) fn plain_text(&mut self, shader: &Composed, name: &str) -> Result<Option<String>, LoadError> {
         let value = self.plain(shader, name)?.and_then(|found| found.value);
         Ok(value.and_then(|value| value.text().map(str::to_owned)))
     }

@@ -1,17 +1,20 @@
 //! Prims of the stage as instances of a scene.
 
+mod kinds;
+mod tiles;
+
 use super::FORMAT;
 use super::compose::{Composed, Stage};
 use super::layer::check_depth;
 use super::look::{Look, Maker, Textures};
 use super::mesh::{Geometry, Reads, display_color, element, of_shape, uv_name};
-use super::{shapes, xform};
+use super::{lights, shapes, xform};
 use crate::mesh_formats::{add_placed, default_material, white_material};
 use crate::text::quoted;
 use crate::warnings::{Warnings, counted};
-use crate::{LoadError, TextureLoading};
+use crate::{LoadError, TextureLoading, udim};
 use overcoat_core::limits::Limits;
-use overcoat_scene::{AlphaMode, MaterialId, Mesh, MeshData, MeshId, Scene, Transform};
+use overcoat_scene::{AlphaMode, MaterialId, Mesh, MeshData, MeshId, PrimitiveKind, Scene, Transform};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -32,6 +35,10 @@ struct Builder<'c> {
     materials: BTreeMap<String, MaterialId>,
     /// `None` for meshes without triangles.
     meshes: BTreeMap<MeshKey, Option<MeshId>>,
+    /// Meshes whose textures are in tiles, by these.
+    tiled: BTreeMap<MeshKey, Vec<(u32, MeshId)>>,
+    /// Materials of lines, by those that they are of.
+    unlit: BTreeMap<MaterialId, MaterialId>,
     visits: u64,
     is_animated: bool,
     skipped: BTreeSet<String>,
@@ -63,6 +70,8 @@ pub(super) fn build(
         looks: BTreeMap::new(),
         materials: BTreeMap::new(),
         meshes: BTreeMap::new(),
+        tiled: BTreeMap::new(),
+        unlit: BTreeMap::new(),
         visits: 0,
         is_animated: false,
         skipped: BTreeSet::new(),
@@ -133,7 +142,11 @@ impl Builder<'_> {
             "Material" | "Shader" | "NodeGraph" | "GeomSubset" | "Skeleton" | "SkelAnimation" => {
                 return Ok(());
             }
-            "" | "Scope" | "Xform" | "SkelRoot" | "Camera" => {}
+            "" | "Scope" | "Xform" | "SkelRoot" => {}
+            "Points" => self.points(prim, &state)?,
+            "BasisCurves" => self.curves(prim, &state)?,
+            "Camera" => self.camera(prim, &state),
+            name if lights::is_light(name) => self.light(prim, &state),
             name => match shapes::of(prim, name) {
                 Some(shape) => self.shape(prim, shape, &state)?,
                 None => {
@@ -155,7 +168,10 @@ impl Builder<'_> {
         shape: shapes::Shape,
         state: &Inherited,
     ) -> Result<(), LoadError> {
-        let (look, reads) = self.look(prim, state.material.as_deref())?;
+        let (mut look, reads) = self.look(prim, state.material.as_deref())?;
+        if let Some(path) = state.material.as_deref().filter(|_| self.is_tiled(look.as_deref())) {
+            look = self.of_tile(path, udim::FIRST)?;
+        }
         let material = self.material(look, prim, true)?;
         let key = (prim.identity(), reads.clone(), 0);
         let mesh = match self.meshes.get(&key) {
@@ -188,7 +204,8 @@ impl Builder<'_> {
         key: MeshKey,
         data: MeshData,
     ) -> Result<Option<MeshId>, LoadError> {
-        let mesh = if data.triangles.is_empty() {
+        let is_cloud = data.kind == PrimitiveKind::Points && !data.positions.is_empty();
+        let mesh = if data.triangles.is_empty() && !is_cloud {
             None
         } else {
             let size = (data.positions.len() as u64).saturating_mul(48);
@@ -236,6 +253,12 @@ impl Builder<'_> {
         for (number, material) in all.enumerate() {
             let (look, reads) = self.look(prim, material.as_deref())?;
             let key = (prim.identity(), reads.clone(), number);
+            if let Some(path) = material.as_deref().filter(|_| self.is_tiled(look.as_deref())) {
+                let own = |face: usize| part_of.get(face).is_none_or(|&part| part as usize == number);
+                let data = geometry.part(&reads, own, self.stage.files.context)?;
+                self.tiles(prim, (key, data), path, is_double, state)?;
+                continue;
+            }
             let mesh = match self.meshes.get(&key) {
                 Some(known) => *known,
                 None => {
@@ -259,24 +282,30 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Reads the material of a path under a name; of pictures in tiles the pictures of one of these.
+    fn add_look(&mut self, name: &str, path: &str, tile: Option<u32>) -> Result<(), LoadError> {
+        if self.looks.contains_key(name) {
+            return Ok(());
+        }
+        let found = match self.stage.at(path)? {
+            Some(of) => {
+                let (stage, scene, textures) = (&mut self.stage, &mut self.scene, &mut self.textures);
+                Maker::new(stage, scene, textures, self.loading).of_tile(tile).look(&of)?
+            }
+            None => {
+                let path = quoted(path.as_bytes());
+                self.stage.files.say(|| format!("{FORMAT}: there is no material {path}"));
+                None
+            }
+        };
+        self.looks.insert(name.to_owned(), found);
+        Ok(())
+    }
+
     /// The material of a path, and what a mesh has of what it reads.
     fn look(&mut self, prim: &Composed, path: Option<&str>) -> Result<(Option<String>, Reads), LoadError> {
-        if let Some(path) = path
-            && !self.looks.contains_key(path)
-        {
-            let found = match self.stage.at(path)? {
-                Some(of) => {
-                    let maker =
-                        Maker::new(&mut self.stage, &mut self.scene, &mut self.textures, self.loading);
-                    maker.look(&of)?
-                }
-                None => {
-                    let path = quoted(path.as_bytes());
-                    self.stage.files.say(|| format!("{FORMAT}: there is no material {path}"));
-                    None
-                }
-            };
-            self.looks.insert(path.to_owned(), found);
+        if let Some(path) = path {
+            self.add_look(path, path, None)?;
         }
         let known = path.and_then(|path| Some((path, self.looks.get(path)?.as_ref()?)));
         let Some((path, look)) = known else {

@@ -2,6 +2,8 @@
 
 mod binary;
 mod hostile;
+mod kinds;
+mod materialx;
 
 use crate::hostile::{limits, load, load_beside, warnings};
 use crate::threemf::{png, zip};

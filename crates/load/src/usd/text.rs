@@ -508,10 +508,14 @@ impl<'a> Parser<'a, '_> {
         }
         if self.take(b'(') {
             self.metadata(|parser, _, key| {
-                if key == "interpolation" {
-                    property.interpolation = Some(parser.string()?);
+                match key {
+                    "interpolation" => property.interpolation = Some(parser.string()?),
+                    "colorSpace" if matches!(parser.peek(), Some(b'"' | b'\'')) => {
+                        property.color_space = Some(parser.string()?)
+                    }
+                    _ => return Ok(false),
                 }
-                Ok(key == "interpolation")
+                Ok(true)
             })?;
         }
         Ok(())

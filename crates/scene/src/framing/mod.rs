@@ -3,6 +3,7 @@
 mod convex_hull;
 pub(crate) mod crowd;
 mod discs;
+mod evidence;
 pub(crate) mod extent;
 mod facing;
 mod fit;

@@ -1,9 +1,10 @@
 //! Poses in which a body rests: its contact with a floor, its centre of mass and its symmetry.
 
 use super::convex_hull::ConvexHull;
+use super::evidence::{Evidence, Rise};
 
 /// Coordinates of a point.
-type Point = [f64; 3];
+pub(super) type Point = [f64; 3];
 
 /// Corners of a triangle.
 pub(super) type Triangle = [Point; 3];
@@ -32,8 +33,8 @@ const FULL: f64 = 0.8;
 /// Share of the surface without a counterpart in the mirror, in a body that is alike on both sides.
 const ALIKE: f64 = 0.08;
 
-/// Cells of the grid for symmetry, along each axis.
-const CELLS: usize = 24;
+/// Cells of the grid for symmetry, along each axis; odd, so that the middle has one of its own.
+const CELLS: usize = 25;
 
 /// Samples on triangles for symmetry, at most and about.
 const SAMPLES: usize = 1 << 20;
@@ -41,21 +42,31 @@ const SAMPLES: usize = 1 << 20;
 /// A body of triangles.
 #[derive(Debug)]
 pub(super) struct Body<'a> {
-    triangles: &'a [Triangle],
-    min: Point,
-    max: Point,
+    pub(super) triangles: &'a [Triangle],
+    pub(super) min: Point,
+    pub(super) max: Point,
     /// Centre of mass of the surface.
-    center: Point,
+    pub(super) center: Point,
     /// Largest side of its box.
-    size: f64,
+    pub(super) size: f64,
 }
 
 /// Contact of a body with a floor.
-struct Contact {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contact {
     /// Share of the footprint, 0 to 1.
-    share: f64,
+    pub(super) share: f64,
     /// Depth of the centre of mass in it, negative outside, in sides of a square as large as the footprint.
-    depth: f64,
+    pub(super) depth: f64,
+    /// Area of the footprint.
+    pub(super) footprint: f64,
+}
+
+impl Contact {
+    /// True if the body stands firmly on it.
+    pub(super) fn is_firm(self) -> bool {
+        self.depth > STANDS_FIRMLY && self.share > FIRM
+    }
 }
 
 impl<'a> Body<'a> {
@@ -63,7 +74,7 @@ impl<'a> Body<'a> {
     pub(super) fn new(triangles: &'a [Triangle], [min, max]: [Point; 2]) -> Option<Self> {
         let (mut center, mut area) = ([0.0; 3], 0.0);
         for triangle in triangles {
-            let own = doubled_area(triangle);
+            let own = length(&doubled_normal(triangle));
             area += own;
             for k in 0..3 {
                 center[k] += own * (triangle[0][k] + triangle[1][k] + triangle[2][k]);
@@ -82,39 +93,58 @@ impl<'a> Body<'a> {
         })
     }
 
-    /// True if the evidence is strong that the axis `other` (0 to 2) is up, and not the `usual` one.
+    /// True if the evidence is strong that the axis `other` (0 to 2) is up, and not the `usual` one, where `rise` is what
+    /// the textures say.
     ///
-    /// There are two kinds. The file has a floor: the body stands on the plane through zero across the other axis, and
-    /// that across the usual one cuts it. Or the body falls: its centre of mass is not above its contact in the usual
-    /// pose, and far inside a large one in the other. Plates that stand on an edge, or lie on their face, stay as they are.
-    pub(super) fn stands_on_other(&self, other: usize, usual: usize) -> bool {
-        let is_thin = |axis: usize| self.side(axis) < PLATE * self.size;
-        if is_thin(other) && !is_thin(usual) {
+    /// Plates that stand on an edge, or lie on their face, stay as they are. Others are turned by one of two rules, if the
+    /// odds of all [`Evidence`] are not against it, or by those odds alone if they are high. The rules: the file has a floor,
+    /// and the body stands on the plane through zero across the other axis, while that across the usual one cuts it; or it
+    /// would fall over in the usual pose. The contacts and the grid for symmetry are computed once, and only where they can
+    /// decide.
+    pub(super) fn stands_on_other(&self, other: usize, usual: usize, rise: &Rise) -> bool {
+        if self.is_thin(other) && !self.is_thin(usual) {
             return false;
         }
-        let floor = self.is_on_floor(other) && self.crosses_floor(usual);
-        let may_fall = !is_thin(other) && !self.is_on_floor(usual);
-        if !(floor || may_fall) {
+        let evidence = Evidence::new(self, [other, usual], rise);
+        if evidence.most() <= 0.0 {
             return false;
         }
-        let [on_other, on_usual] = [other, usual].map(|axis| self.contact(axis));
-        if is_thin(usual) && !is_thin(other) && on_usual.depth > STANDS && on_usual.share > FULL {
+        let contacts = [other, usual].map(|axis| self.contact(axis));
+        let on_usual = contacts[1];
+        if self.is_thin(usual) && !self.is_thin(other) && on_usual.depth > STANDS && on_usual.share > FULL {
             return false;
         }
-        if floor && on_other.depth > STANDS {
-            // Mirrors are upright, so that a body is less alike along its height. One that is alike, and rests in either
-            // pose, has no top.
-            let [along, across] = [other, usual].map(|axis| self.asymmetry(axis));
-            if along >= 0.5 * across && (along > ALIKE || on_usual.depth < STANDS) {
-                return true;
-            }
+        let evidence = evidence.with_contacts(contacts);
+        if evidence.most() <= 0.0 {
+            return false;
         }
-        let is_firm = on_other.depth > STANDS_FIRMLY && on_other.share > FIRM;
-        may_fall && is_firm && on_usual.depth < 0.0
+        let is_on_floor = self.is_on_floor(other) && self.crosses_floor(usual) && contacts[0].depth > STANDS;
+        let falls = self.falls([other, usual], contacts);
+        if !is_on_floor && !falls && !evidence.can_be_enough() {
+            return false;
+        }
+        let grid = self.grid();
+        let [along, across] = [other, usual].map(|axis| self.asymmetry(axis, &grid));
+        let odds = evidence.odds([along, across]);
+        // Mirrors are upright, so that a body is less alike along its height. One that is alike, and rests in either pose,
+        // has no top.
+        let has_top = along >= 0.5 * across && (along > ALIKE || on_usual.depth < STANDS);
+        odds > 0.0 && (is_on_floor && has_top || falls) || along > ALIKE && evidence.is_enough(odds)
+    }
+
+    /// True if the body falls over with the second of two axes up, its centre of mass not being above its contact, and stands
+    /// firmly with the first.
+    fn falls(&self, [other, usual]: [usize; 2], [on_other, on_usual]: [Contact; 2]) -> bool {
+        !self.is_thin(other) && !self.is_on_floor(usual) && on_other.is_firm() && on_usual.depth < 0.0
+    }
+
+    /// True if the body is a plate across an axis.
+    fn is_thin(&self, axis: usize) -> bool {
+        self.side(axis) < PLATE * self.size
     }
 
     /// Side of the box along an axis.
-    fn side(&self, axis: usize) -> f64 {
+    pub(super) fn side(&self, axis: usize) -> f64 {
         self.max[axis] - self.min[axis]
     }
 
@@ -123,10 +153,14 @@ impl<'a> Body<'a> {
         self.min[axis].abs() < ON_FLOOR * self.side(axis)
     }
 
+    /// True if some of it is below the plane through zero.
+    pub(super) fn is_below_floor(&self, axis: usize) -> bool {
+        self.min[axis] < -ON_FLOOR * self.side(axis)
+    }
+
     /// True if the plane through zero has some of it on both sides.
     fn crosses_floor(&self, axis: usize) -> bool {
-        let least = ON_FLOOR * self.side(axis);
-        self.min[axis] < -least && self.max[axis] > least
+        self.is_below_floor(axis) && self.max[axis] > ON_FLOOR * self.side(axis)
     }
 
     /// Contact with a floor across the axis, at the lower end.
@@ -134,8 +168,7 @@ impl<'a> Body<'a> {
         let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
         let flat = |p: &Point| [p[a], p[b]];
         let footprint = ConvexHull::around(self.triangles.iter().flatten().map(flat).collect()).area();
-        let height = 4.0 * self.side(axis);
-        let top = self.min[axis] + CONTACT * if height < self.size { height } else { self.size };
+        let top = self.top_of_contact(axis);
         let mut points = Vec::new();
         for triangle in self.triangles.iter().filter(|t| t.iter().any(|p| p[axis] <= top)) {
             for (p, q) in [(0, 1), (1, 2), (2, 0)].map(|(p, q)| (&triangle[p], &triangle[q])) {
@@ -149,12 +182,18 @@ impl<'a> Body<'a> {
             }
         }
         let hull = ConvexHull::around(points);
-        Contact { share: hull.area() / footprint, depth: hull.depth(flat(&self.center)) / footprint.sqrt() }
+        let depth = hull.depth(flat(&self.center)) / footprint.sqrt();
+        Contact { share: hull.area() / footprint, depth, footprint }
+    }
+
+    /// Coordinate up to which the body counts as touching a floor at its lower end.
+    pub(super) fn top_of_contact(&self, axis: usize) -> f64 {
+        let height = 4.0 * self.side(axis);
+        self.min[axis] + CONTACT * if height < self.size { height } else { self.size }
     }
 
     /// Share of the surface that has no counterpart in the mirror across the middle of its box, 0 to 1.
-    fn asymmetry(&self, axis: usize) -> f64 {
-        let grid = self.grid();
+    fn asymmetry(&self, axis: usize, grid: &[f64]) -> f64 {
         let (mut sum, mut all) = (0.0, 0.0);
         for (number, surface) in grid.iter().enumerate() {
             let mut cell = [number % CELLS, number / CELLS % CELLS, number / (CELLS * CELLS)];
@@ -169,19 +208,21 @@ impl<'a> Body<'a> {
     fn grid(&self) -> Vec<f64> {
         let most = (SAMPLES / self.triangles.len().max(1)).isqrt().clamp(1, 128);
         let mut grid = vec![0.0; CELLS * CELLS * CELLS];
-        let scale = CELLS as f64 / self.size;
+        let half = CELLS / 2;
+        let scale = (CELLS - 1) as f64 / self.size;
         for [a, b, c] in self.triangles {
             let [ab, ac]: [Point; 2] = [b, c].map(|p| std::array::from_fn(|k| p[k] - a[k]));
             let bc = std::array::from_fn(|k| c[k] - b[k]);
             let longest = [ab, ac, bc].iter().map(length).fold(0.0, |l, v| if v > l { v } else { l });
             // Parts of an edge, about as long as a quarter of a cell. A cast saturates.
             let parts = ((4.0 * scale * longest).ceil() as usize).clamp(1, most);
-            let own = doubled_area(&[*a, *b, *c]) / (parts * parts) as f64;
+            let own = length(&doubled_normal(&[*a, *b, *c])) / (parts * parts) as f64;
             let mut add = |u: f64, v: f64| {
                 grid[index(std::array::from_fn(|k| {
                     let from_middle = a[k] + u * ab[k] + v * ac[k] - 0.5 * (self.min[k] + self.max[k]);
-                    let cell = from_middle * scale + 0.5 * CELLS as f64;
-                    (cell as usize).min(CELLS - 1)
+                    // Mirror images lie in mirrored cells, on their borders too.
+                    let steps = ((from_middle.abs() * scale + 0.5) as usize).min(half);
+                    if from_middle < 0.0 { half - steps } else { half + steps }
                 }))] += own;
             };
             for i in 0..parts {
@@ -205,12 +246,12 @@ fn index([x, y, z]: [usize; 3]) -> usize {
 }
 
 /// Length of a vector.
-fn length([x, y, z]: &Point) -> f64 {
+pub(super) fn length([x, y, z]: &Point) -> f64 {
     (x * x + y * y + z * z).sqrt()
 }
 
-/// Twice the area of a triangle.
-fn doubled_area([a, b, c]: &Triangle) -> f64 {
+/// Normal of a triangle, as long as twice its area.
+pub(super) fn doubled_normal([a, b, c]: &Triangle) -> Point {
     let [u, v]: [Point; 2] = [b, c].map(|p| std::array::from_fn(|k| p[k] - a[k]));
-    length(&[u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
+    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }

@@ -1,19 +1,26 @@
 //! Up axis of models whose file does not define it.
 
+use super::evidence::Rise;
 use super::rest::{Body, Triangle};
 use crate::{Axis, PrimitiveKind, Scene};
 
 /// Number of triangles that are tested, at most: of larger models, each second, third, and so on.
-const MOST: usize = 100_000;
+const MOST: usize = 32_768;
 
 impl Scene {
     /// The axis that is up by the shape of a scene in the coordinates of its file, before [`Scene::stand_up`]: of +Y and
     /// +Z the `usual` one of the format, unless the evidence is strong that the model stands on the other. That is so
     /// if it rests on the floor of its file, the plane through zero, along that axis only, or if it would fall over in
-    /// the usual pose and has a broad base in the other. Where `usual` is another axis, or the scene has no triangles or
-    /// is flat, it is `usual`.
+    /// the usual pose and has a broad base in the other, and the rest of the evidence is not against it; or if the odds by
+    /// all of it are above 20 to 1. Evidence is the floor of the file, the contact with a floor, the place of the centre of
+    /// mass, symmetry, surface that hangs over, the side that open surfaces show, and the direction in which textures are
+    /// upright; its weights are fitted to models whose up axis is known. Plates and open sheets stay. Where `usual` is another
+    /// axis, or the scene has no triangles or is flat, it is `usual`.
     ///
-    /// Colours and the order of the triangles do not count, but of more than 100,000 triangles a part is tested.
+    /// It finds about half of the models that break the custom of their format, and turns about one of a hundred that follow
+    /// it, mostly what hangs on a wall.
+    ///
+    /// Colours and the order of the triangles do not count, but of more than 32,768 triangles a part is tested.
     #[must_use]
     pub fn up_by_shape(&self, usual: Axis) -> Axis {
         let (other, axes) = match usual {
@@ -21,16 +28,17 @@ impl Scene {
             Axis::PositiveZ => (Axis::PositiveY, [1, 2]),
             _ => return usual,
         };
-        let (triangles, bounds) = self.sampled_triangles();
+        let (triangles, bounds, rise) = self.sampled_triangles();
         let [other_axis, usual_axis] = axes;
         match Body::new(&triangles, bounds) {
-            Some(body) if body.stands_on_other(other_axis, usual_axis) => other,
+            Some(body) if body.stands_on_other(other_axis, usual_axis, &rise) => other,
             _ => usual,
         }
     }
 
-    /// Triangles of the scene, and the box around all of them, in the coordinates of the file.
-    fn sampled_triangles(&self) -> (Vec<Triangle>, [[f64; 3]; 2]) {
+    /// Triangles of the scene, the box around all of them, and the direction in which their textures are upright, in the
+    /// coordinates of the file.
+    fn sampled_triangles(&self) -> (Vec<Triangle>, [[f64; 3]; 2], Rise) {
         let surfaces = || {
             let drawn = self.instances.iter().map(|i| (i, &self.meshes[i.mesh.index()]));
             drawn.filter(|(_, mesh)| mesh.kind() == PrimitiveKind::Triangles)
@@ -39,8 +47,10 @@ impl Scene {
         let step = count.div_ceil(MOST).max(1);
         let mut triangles = Vec::with_capacity(count.div_ceil(step));
         let [mut min, mut max] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        let mut rise = Rise::default();
         let mut number = 0;
         for (instance, mesh) in surfaces() {
+            let uvs = mesh.uvs(0);
             for corners in mesh.triangles() {
                 let triangle = corners.map(|v| {
                     let p = instance.transform.point(mesh.positions()[v as usize].map(f64::from));
@@ -53,11 +63,14 @@ impl Scene {
                 });
                 if number % step == 0 {
                     triangles.push(triangle);
+                    if !uvs.is_empty() {
+                        rise.add(&triangle, corners.map(|v| uvs[v as usize].map(f64::from)));
+                    }
                 }
                 number += 1;
             }
         }
-        (triangles, [min, max])
+        (triangles, [min, max], rise)
     }
 }
 
@@ -246,7 +259,10 @@ mod tests {
             let triangles = [[[bad; 3], [0.0; 3], [1.0, 0.0, 2.0]]];
             for box_ in [[[0.0; 3], [bad; 3]], [[0.0; 3], [1.0; 3]]] {
                 let body = Body::new(&triangles, box_);
-                assert!(!body.is_some_and(|body| body.stands_on_other(2, 1)), "{bad} {box_:?}");
+                assert!(
+                    !body.is_some_and(|body| body.stands_on_other(2, 1, &Rise::default())),
+                    "{bad} {box_:?}"
+                );
             }
         }
     }
@@ -286,6 +302,133 @@ mod tests {
         }
     }
 
+    /// A body of revolution about +Y, as radii at heights.
+    fn turned(profile: &[[f32; 2]]) -> Vec<[[f32; 3]; 3]> {
+        // Directions of a circle in twelve parts.
+        let (h, r) = (0.5, 0.75_f32.sqrt());
+        let quarter = [[1.0, 0.0], [r, h], [h, r]];
+        let around: Vec<[f32; 2]> = (0..4)
+            .scan([[1.0, 0.0], [0.0, 1.0]], |[x, y], _| {
+                let own = [*x, *y];
+                [*x, *y] = [*y, x.map(|v| -v)];
+                Some(quarter.map(|[u, v]| std::array::from_fn(|k| u * own[0][k] + v * own[1][k])))
+            })
+            .flatten()
+            .collect();
+        let point = |[radius, y]: [f32; 2], k: usize| {
+            let [u, v]: [f32; 2] = around[k % around.len()];
+            [radius * u, y, radius * v]
+        };
+        let mut all = Vec::new();
+        for pair in profile.windows(2) {
+            for k in 0..around.len() {
+                let [a, b] = [k, k + 1].map(|k| point(pair[0], k));
+                let [c, d] = [k, k + 1].map(|k| point(pair[1], k));
+                all.extend([[a, c, d], [a, d, b]]);
+            }
+        }
+        all
+    }
+
+    /// Moves a model that is built +Y up so that no floor of its file tells anything.
+    fn centred(model: &[[[f32; 3]; 3]]) -> Vec<[[f32; 3]; 3]> {
+        let corners = || model.iter().flatten();
+        let middle: [f32; 3] = std::array::from_fn(|k| {
+            let low = corners().fold(f32::INFINITY, |low, p| low.min(p[k]));
+            0.5 * (low + corners().fold(f32::NEG_INFINITY, |high, p| high.max(p[k])))
+        });
+        model.iter().map(|t| t.map(|p| std::array::from_fn(|k| p[k] - middle[k]))).collect()
+    }
+
+    /// Tables, vases, cars and printed brackets stand without a floor in their file; what is alike either way stays.
+    #[test]
+    fn shapes_stand_or_stay_and_never_lie_down() {
+        let vase = turned(&[[0.0, 0.0], [0.5, 0.0], [0.8, 0.7], [0.35, 1.5], [0.5, 1.8]]);
+        let car = boxes(
+            &[
+                [[-0.9, 0.3, -2.2], [0.9, 0.8, 2.2]],
+                [[-0.8, 0.8, -1.4], [0.8, 1.4, 0.8]],
+                [[-0.9, 0.0, -1.7], [-0.7, 0.6, -1.1]],
+                [[0.7, 0.0, -1.7], [0.9, 0.6, -1.1]],
+                [[-0.9, 0.0, 1.1], [-0.7, 0.6, 1.7]],
+                [[0.7, 0.0, 1.1], [0.9, 0.6, 1.7]],
+            ],
+            File::YUp,
+        );
+        let bracket =
+            boxes(&[[[-2.0, 0.0, -1.5], [2.0, 0.4, 1.5]], [[-2.0, 0.4, -1.5], [2.0, 2.0, -1.1]]], File::YUp);
+        let rod = boxes(&[[[-3.0, -0.2, -0.2], [3.0, 0.2, 0.2]]], File::YUp);
+        let bodies = [
+            ("table", boxes(&TABLE, File::YUp)),
+            ("figure", boxes(&FIGURE, File::YUp)),
+            ("vase", vase),
+            ("car", car),
+            ("bracket", bracket),
+            ("rod", rod),
+        ];
+        for (name, model) in bodies {
+            for (place, model) in [("on the floor", model.clone()), ("centred", centred(&model))] {
+                let [of_y, _] = found(&model);
+                let [_, of_z] = found(&placed(&model, File::ZUp));
+                assert_eq!([of_y, of_z], BY_CUSTOM, "{name} {place}: what follows the custom is not turned");
+                if place == "on the floor" && !["rod", "bracket"].contains(&name) {
+                    assert_eq!(found(&model), Y, "{name}");
+                    assert_eq!(found(&placed(&model, File::ZUp)), Z, "{name}");
+                }
+            }
+        }
+    }
+
+    /// A vase in the middle of its file, whose textures run upwards around it.
+    #[test]
+    fn textures_tell_what_the_floor_does_not() {
+        let profile = [[0.0, -1.0], [0.5, -1.0], [0.8, -0.2], [0.35, 0.7], [0.5, 1.0]];
+        let model = turned(&profile);
+        let textured = |file: File, is_upright: bool| {
+            let positions = placed(&model, file).into_iter().flatten().collect::<Vec<_>>();
+            let uvs = model
+                .iter()
+                .flat_map(|t| {
+                    // Around the vase and down it, but for the seam.
+                    t.map(
+                        |[x, y, z]| if is_upright { [x + z, 0.5 - 0.5 * y] } else { [0.5 - 0.5 * y, x + z] },
+                    )
+                })
+                .collect();
+            let triangles = (0..model.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+            let mesh = MeshData { positions, triangles, uvs: [uvs, Vec::new()], ..MeshData::default() };
+            let mut scene = Scene::new();
+            let mesh = scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
+            let material = scene.add_material(Material::default()).unwrap();
+            scene
+                .add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })
+                .unwrap();
+            [Axis::PositiveY, Axis::PositiveZ].map(|usual| scene.up_by_shape(usual))
+        };
+        assert_eq!(textured(File::YUp, true), Y);
+        assert_eq!(textured(File::ZUp, true), Z);
+        // Without textures, or with ones that lie, it stays.
+        assert_eq!(found(&model)[0], Axis::PositiveY);
+        assert_eq!(textured(File::ZUp, false), BY_CUSTOM);
+    }
+
+    /// A wall and a ground with textures: sheets stay, for they may lie or stand.
+    #[test]
+    fn sheets_stay() {
+        let at = |i: usize, j: usize| [i as f32, 0.3 * ((i * 7 + j * 5) % 4) as f32, j as f32];
+        let cells = (0..64).map(|k| (k % 8, k / 8));
+        let ground: Vec<_> = cells
+            .flat_map(|(i, j)| {
+                let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        for file in [File::YUp, File::ZUp] {
+            let model = centred(&placed(&ground, file));
+            assert_eq!(found(&model), BY_CUSTOM, "{file:?}");
+        }
+    }
+
     /// More triangles than are tested.
     #[test]
     fn large_models_are_sampled() {
@@ -311,9 +454,9 @@ mod tests {
         };
         let model = fine(File::YUp);
         assert!(model.len() > MOST);
-        let (sampled, bounds) = scene(&model).sampled_triangles();
+        let (sampled, bounds, _) = scene(&model).sampled_triangles();
         assert!(sampled.len() <= MOST && sampled.len() * 2 >= MOST, "{}", sampled.len());
-        let (_, coarse) = scene(&boxes(&FIGURE, File::YUp)).sampled_triangles();
+        let (_, coarse, _) = scene(&boxes(&FIGURE, File::YUp)).sampled_triangles();
         let pairs = bounds.iter().flatten().zip(coarse.iter().flatten());
         assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-6), "{bounds:?} {coarse:?}");
         assert_eq!([found(&model), found(&fine(File::ZUp))], [Y, Z]);

@@ -460,7 +460,7 @@ parameters! {
         "scratches",
         Range::UNIT,
         m => m.lobes.coat_surface.scratches,
-        "Share of the coat that scratches and swirl marks cover; .01 is a car that brushes have washed."
+        "Share of the coat that scratches cover; .01 is many."
     ).knowing(F::CoatNormal);
     COAT_SCRATCH_LENGTH = number!(
         "coat_scratch_length",
@@ -468,6 +468,20 @@ parameters! {
         PAINT_SIZE,
         m => m.lobes.coat_surface.scratch_length,
         "Length of a scratch."
+    ).unit("metres").knowing(F::CoatNormal);
+    COAT_SWIRL = number!(
+        "coat_swirl",
+        "swirl marks",
+        Range::UNIT,
+        m => m.lobes.coat_surface.swirl,
+        "Share of the coat that swirl marks cover, seen in rings about lights; .05 is a car that brushes have washed."
+    ).knowing(F::CoatNormal);
+    COAT_SWIRL_SIZE = number!(
+        "coat_swirl_size",
+        "size of swirl marks",
+        PAINT_SIZE,
+        m => m.lobes.coat_surface.swirl_size,
+        "Length of a swirl mark."
     ).unit("metres").knowing(F::CoatNormal);
 
     // Flakes in the base.

@@ -94,7 +94,7 @@ const MARGIN: f32 = 1.0 / (1 << 21) as f32;
 
 impl Hierarchy {
     /// Builds it over triangles in world space. Those with corners that are not finite are left out, and so are those beyond
-    /// [`Hierarchy::MAX_TRIANGLES`].
+    /// [`Hierarchy::MAX_TRIANGLES`]. Once the work is cancelled it is left unfinished: nothing may be kept of it.
     #[must_use]
     pub fn new(triangles: &[[[f32; 3]; 3]], jobs: &Jobs) -> Self {
         Self { once: Tree::new(triangles, jobs), ..Self::default() }
@@ -127,8 +127,11 @@ impl Tree {
             return Self::default();
         }
         let tree = binary_tree(&mut items, jobs);
+        if jobs.is_cancelled() {
+            return Self::default();
+        }
         let margin = tree[0].bounds.largest() * MARGIN;
-        Opened::new(&tree, &items, triangles, margin).opened
+        Opened::new(&tree, &items, triangles, margin, jobs).opened
     }
 
     /// Gives its triangles other numbers, in the same order.
@@ -151,7 +154,7 @@ fn binary_tree(items: &mut [Item], jobs: &Jobs) -> Vec<Binary> {
     // The top, until ranges are small enough for one thread each.
     let mut small = Vec::new();
     let mut tasks = vec![Task { node: 0, range: 0..items.len(), depth: 0 }];
-    while let Some(task) = tasks.pop() {
+    while let Some(task) = tasks.pop().filter(|_| !jobs.is_cancelled()) {
         if task.range.len() <= TRIANGLES_PER_JOB {
             small.push(task);
         } else {
@@ -170,7 +173,7 @@ fn binary_tree(items: &mut [Item], jobs: &Jobs) -> Vec<Binary> {
         let first = task.range.start;
         *subtree = vec![Binary { bounds: Bounds::NOTHING, kind: Kind::Leaf(task.range.clone()) }];
         let mut tasks = vec![Task { node: 0, range: task.range.clone(), depth: task.depth }];
-        while let Some(task) = tasks.pop() {
+        while let Some(task) = tasks.pop().filter(|_| !jobs.is_cancelled()) {
             divide(subtree, items, first, task, &mut tasks);
         }
     });
@@ -328,11 +331,12 @@ impl<'a> Opened<'a> {
         items: &'a [Item],
         triangles: Option<&'a [[[f32; 3]; 3]]>,
         margin: f32,
+        jobs: &Jobs,
     ) -> Self {
         let mut opened = Self { tree, items, triangles, margin, opened: Tree::default() };
         let mut todo = vec![(0, 0)];
         opened.opened.nodes.push(Node::EMPTY);
-        while let Some((binary, node)) = todo.pop() {
+        while let Some((binary, node)) = todo.pop().filter(|_| !jobs.is_cancelled()) {
             opened.open(binary, node, &mut todo);
         }
         opened

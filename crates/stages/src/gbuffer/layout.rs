@@ -5,7 +5,7 @@
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
 //! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
 //! | [`FILTERED`] | roughness for normals that vary within a pixel | 8 | shading, where the model asks for it |
-//! | [`PAINT`] | flakes, and scratches of the coat | 60 | shading, where the material has them |
+//! | [`PAINT`] | flakes, scratches and swirl marks of the coat | 80 | shading, where the material has them |
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
 //! | [`FACE`] | the plane of the triangle | 24 | effects that ask for it |
 //! | [`LIT`] | the smooth surface, and what of lamps with an extent reaches it | 64 | shading, where lamps cast shadows |
@@ -144,12 +144,20 @@ planes! {
     FLAKE_NORMAL "flake-normal" 3 VECTOR;
     /// Unit normal of the second, likewise.
     NEXT_FLAKE_NORMAL "next-flake-normal" 3 VECTOR;
-    /// Perceptual roughness of all flakes together, and of each.
-    FLAKE_ROUGHNESS "flake-roughness" 2 Range::UNIT;
+    /// Share of the base that one flake stands for under lights without extent, in place of the first of the two; 0 where it is that.
+    LAMP_FLAKE_SHARE "lamp-flake-share" 1 Range::UNIT;
+    /// Unit normal of this flake, N.V >= 0 up to rounding.
+    LAMP_FLAKE_NORMAL "lamp-flake-normal" 3 VECTOR;
+    /// Perceptual roughness of all flakes together, of each, and of that one.
+    FLAKE_ROUGHNESS "flake-roughness" 3 Range::UNIT;
     /// Share of the coat that a scratch covers.
     SCRATCH_SHARE "scratch-share" 1 Range::UNIT;
     /// Unit normal of the scratch's wall, N.V >= 0 up to rounding.
     SCRATCH_NORMAL "scratch-normal" 3 VECTOR;
+    /// Shares of the coat, where no scratch is, that a swirl mark covers and that many of them do.
+    SWIRL_SHARES "swirl-shares" 2 Range::UNIT;
+    /// Unit normal of the mark's groove, N.V >= 0 up to rounding.
+    SWIRL_NORMAL "swirl-normal" 3 VECTOR;
     /// Linear base colour that the surface is shaded with: dimmed by the next two.
     KEPT_COLOR "kept-color" 3 Range::new(-0.000_001, 65504.0);
     /// Share of the light that is not reflected that passes straight through.
@@ -215,7 +223,7 @@ pub const SURFACE: std::ops::Range<usize> = CORE.start..LOBES.end;
 /// Rows that have a meaning where roughness grows with what normals vary within a pixel.
 pub const FILTERED: std::ops::Range<usize> = FILTERED_ROUGHNESS.first..FLAKE_SHARES.first;
 
-/// Rows that have a meaning where the material has flakes or its coat scratches.
+/// Rows that have a meaning where the material has flakes or its coat scratches or swirl marks.
 pub const PAINT: std::ops::Range<usize> = FLAKE_SHARES.first..KEPT_COLOR.first;
 
 /// Rows that have a meaning where the material lets light through.

@@ -5,6 +5,7 @@ use super::chain::Levels;
 use super::octahedral;
 use overcoat_core::dispatch;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use std::borrow::Cow;
 
 /// The directions of an environment that shadows are asked for, in its own frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +20,9 @@ pub struct LightDirections {
 
 /// Share of the energy that is spread evenly over the sphere when it is divided: dark parts, too, need some directions.
 const EVEN_SHARE: f64 = 0.4;
+
+/// Numbers of directions that are kept: those of the tiers, and of the floor in draft.
+pub(super) const KEPT: usize = 4;
 
 /// Samples along a side of the map that is divided.
 const SIZE: usize = 129;
@@ -52,9 +56,21 @@ struct Samples {
 impl PrefilteredEnvironment {
     /// Up to `count` directions, each of which stands for a part of the sphere with about as much light as the others': the
     /// median cut of Debevec (2005, "A median cut algorithm for light probe sampling") on the octahedral map, with two fifths of
-    /// them for what is dark. Where all light comes from one place, there are fewer. None if nothing shines.
+    /// them for what is dark. Where all light comes from one place, there are fewer. Where nothing shines they are spread
+    /// evenly and have no flux. Those of the first four numbers that are asked for are kept: frame after frame asks for as many.
     #[must_use]
-    pub fn light_directions(&self, count: usize) -> LightDirections {
+    pub fn light_directions(&self, count: usize) -> Cow<'_, LightDirections> {
+        for kept in &self.directions {
+            let (of, kept) = kept.get_or_init(|| (count, self.divided(count)));
+            if *of == count {
+                return Cow::Borrowed(kept);
+            }
+        }
+        Cow::Owned(self.divided(count))
+    }
+
+    /// The same, found anew.
+    fn divided(&self, count: usize) -> LightDirections {
         let mut found = LightDirections::default();
         let samples = Samples::of(self);
         let mut parts = vec![Part { first: [0; 2], end: [SIZE; 2], directions: count }];
@@ -93,6 +109,7 @@ impl Samples {
         let energies = samples.fluxes.iter().map(|flux| luminance(*flux));
         let all = energies.clone().sum::<f64>();
         let even = EVEN_SHARE / (1.0 - EVEN_SHARE) * all / (4.0 * std::f64::consts::PI);
+        let even = if all > 0.0 { even } else { 1.0 };
         let solid_angles = &samples.solid_angles;
         samples.energies = energies.zip(solid_angles).map(|(energy, angle)| energy + even * angle).collect();
         samples
@@ -204,7 +221,7 @@ mod tests {
 
     fn of(source: &(impl DistantRadiance + Sync), count: usize) -> LightDirections {
         let level = SimdLevel::best();
-        PrefilteredEnvironment::from_radiance(source, 8, &Jobs::new(1), level).light_directions(count)
+        PrefilteredEnvironment::from_radiance(source, 8, &Jobs::new(1), level).divided(count)
     }
 
     #[test]
@@ -231,6 +248,19 @@ mod tests {
         }
     }
 
+    /// Another number of directions is not that of the first.
+    #[test]
+    fn directions_are_kept_by_their_number() {
+        let level = SimdLevel::best();
+        let environment = PrefilteredEnvironment::from_radiance(&Sun, 8, &Jobs::new(1), level);
+        for count in [64, 16, 64, 1, 2, 3, 4, 64] {
+            assert_eq!(*environment.light_directions(count), environment.divided(count));
+        }
+        assert_ne!(environment.light_directions(64), environment.light_directions(16));
+        let is_kept = |count| matches!(environment.light_directions(count), Cow::Borrowed(_));
+        assert_eq!([64, 16, 4].map(is_kept), [true, true, false]);
+    }
+
     #[test]
     fn a_sun_gets_most_directions_and_they_point_at_it() {
         let found = of(&Sun, 64);
@@ -253,7 +283,16 @@ mod tests {
                 assert!((length - 1.0).abs() < 1e-5);
             }
         }
-        let black = PrefilteredEnvironment::black().light_directions(64);
-        assert!(black.directions.is_empty());
+    }
+
+    /// Rays find what a black environment leaves to lamps and to surfaces that shine: they need directions, too.
+    #[test]
+    fn directions_of_black_are_even_and_have_no_flux() {
+        let black = PrefilteredEnvironment::black();
+        let found = black.light_directions(64);
+        assert_eq!(found.directions.len(), 64);
+        assert!(found.fluxes.iter().all(|flux| *flux == [0.0; 3]));
+        let mean = 4.0 * std::f32::consts::PI / 64.0;
+        assert!(found.solid_angles.iter().all(|a| *a > 0.5 * mean && *a < 1.6 * mean), "{found:?}");
     }
 }

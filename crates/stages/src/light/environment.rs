@@ -2,6 +2,7 @@
 
 use super::chain::{Chain, IRRADIANCE, Levels, MAX_CELLS, MIN_CELLS};
 use super::charlie::CharlieMaps;
+use super::directions::KEPT;
 use super::equirect;
 use super::prefilter::{self, Grid, Pyramid};
 use super::{DistantRadiance, LightDirections};
@@ -11,6 +12,7 @@ use overcoat_core::math;
 use overcoat_core::math::lanes::{Lanes, SimdLevel};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_scene::EquirectImage;
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 /// An environment that is ready to light surfaces: its mirror image, its reflections in twelve roughnesses
@@ -23,6 +25,8 @@ pub struct PrefilteredEnvironment {
     pub(super) found: Found,
     /// Maps of the sheen lobe, filtered when they are first asked for.
     charlie: OnceLock<CharlieMaps>,
+    /// Directions that stand for it, of the numbers that were asked for first.
+    pub(super) directions: [OnceLock<(usize, LightDirections)>; KEPT],
     /// Copies that missing levels are filtered from.
     unfiltered: Option<Arc<Pyramid>>,
 }
@@ -87,6 +91,7 @@ impl PrefilteredEnvironment {
         pyramid.filter_into(&mut self.chain, levels, jobs, level);
         // Made of levels, perhaps of such as were missing.
         self.charlie = OnceLock::new();
+        self.directions = Default::default();
         if self.chain.present == Levels::ALL {
             self.unfiltered = None;
         }
@@ -125,7 +130,14 @@ impl PrefilteredEnvironment {
 
     /// Environment of maps that are filtered.
     pub(super) fn of_chain(chain: Chain) -> Self {
-        Self { chain, picture: None, found: Found::Maps, charlie: OnceLock::new(), unfiltered: None }
+        Self {
+            chain,
+            picture: None,
+            found: Found::Maps,
+            charlie: OnceLock::new(),
+            directions: Default::default(),
+            unfiltered: None,
+        }
     }
 
     /// The analytic environment `E(d, p)` of the reference tables of shading models, with the same irradiance over pi
@@ -191,14 +203,11 @@ impl<'a> EnvironmentLight<'a> {
         [x * self.cos + z * self.sin, y, z * self.cos - x * self.sin]
     }
 
-    /// [`PrefilteredEnvironment::light_directions`] in the scene. The fluxes are those of intensity 1.
+    /// [`PrefilteredEnvironment::light_directions`] in its own frame, see [`EnvironmentLight::turned`]. The fluxes are those of
+    /// intensity 1.
     #[must_use]
-    pub fn light_directions(&self, count: usize) -> LightDirections {
-        let mut found = self.environment.light_directions(count);
-        for direction in &mut found.directions {
-            *direction = self.turned(*direction);
-        }
-        found
+    pub fn light_directions(&self, count: usize) -> Cow<'_, LightDirections> {
+        self.environment.light_directions(count)
     }
 
     /// Radiance that arrives from around `direction` (away from the surface, any length), filtered for a surface of

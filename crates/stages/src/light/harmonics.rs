@@ -41,6 +41,9 @@ pub(crate) fn irradiance_over_pi(source: &Grid, size: usize, jobs: &Jobs, level:
     let lights = directions(source);
     let mut map = vec![[0.0; 3]; size * size];
     jobs.for_each_chunk_mut(&mut map, LANES, |chunk, map| {
+        if jobs.is_cancelled() {
+            return;
+        }
         let rgb = dispatch!(level, l => convolve(l, &lights, size, chunk * LANES));
         for (k, texel) in map.iter_mut().enumerate() {
             *texel = [rgb[0][k], rgb[1][k], rgb[2][k]];

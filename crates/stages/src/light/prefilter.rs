@@ -58,6 +58,9 @@ impl Grid {
     ) -> Self {
         let mut values = vec![[0.0; 4]; size * size];
         jobs.for_each_chunk_mut(&mut values, size * 4, |chunk, values| {
+            if jobs.is_cancelled() {
+                return;
+            }
             dispatch!(level, l => paint_run(l, source, size, taps, chunk * size * 4, values));
         });
         seal(&mut values, size);
@@ -218,6 +221,9 @@ impl Pyramid {
             let size = chain.size(k);
             let (samples, sum) = lobe(SAMPLES[k], Chain::perceptual_roughness(k), &self.levels);
             jobs.for_each_chunk_mut(chain.map_mut(k), 256, |chunk, texels| {
+                if jobs.is_cancelled() {
+                    return;
+                }
                 dispatch!(level, l => filter_run(l, self, &samples, sum, size, chunk * 256, texels));
             });
             seal(chain.map_mut(k), size);

@@ -50,7 +50,7 @@ const MAPS_OF_HIT: u32 = 32;
 /// Roughness that grows where normals vary within a pixel.
 const NORMAL_FILTER: u64 = 9;
 
-/// Flakes, orange peel and scratches of a fragment, found; the surfaces that they add are counted as such.
+/// Flakes, orange peel, scratches and swirl marks of a fragment, found; the surfaces that they add are counted as such.
 const PAINT: u64 = 60;
 
 /// Sorting and summing a fragment of a blended surface.
@@ -109,7 +109,7 @@ impl ShadingCost {
         let (through, light_through) =
             if material.transmits() { (TRANSMISSION, LIGHT_THROUGH) } else { (0, 0) };
         let filter = if normal_filter(context, material).is_some() { NORMAL_FILTER } else { 0 };
-        // Its flakes and what scratches leave of its coat are surfaces of their own.
+        // Its flakes and what scratches and swirl marks leave of its coat are surfaces of their own.
         let surfaces = paint::surfaces(material);
         let painted = if paint::is_painted(material) { PAINT } else { 0 };
         let fragment = surfaces

@@ -5,9 +5,9 @@ use overcoat_core::math::double;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 
-/// Rays below which the turns repeat after eight, four and two pixels, as powers of two: the more rays, the fewer pixels it takes
-/// until they are many.
-const REPEATS: [(u32, u32); 3] = [(8, 3), (32, 2), (128, 1)];
+/// Rays below which the turns repeat after four and two blocks, as powers of two, and the pixels along a side of a block: the more
+/// rays, the fewer pixels it takes until they are many.
+const REPEATS: [(u32, u32, u32); 2] = [(32, 2, 2), (128, 1, 1)];
 
 /// Points of the unit square, the first coordinate as an angle.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,8 +16,10 @@ pub struct LobeSamples {
     points: Vec<[f32; 3]>,
     /// Offsets of the points in each pixel of a square: a rotation by its cosine and sine, and a shift.
     turns: Vec<[f32; 3]>,
-    /// Pixels along a side of that square.
+    /// Blocks along a side of that square.
     side: u32,
+    /// Pixels along a side of a block.
+    block: u32,
 }
 
 impl LobeSamples {
@@ -35,7 +37,8 @@ impl LobeSamples {
             let (sin, cos) = double::sin_cos(turn * std::f64::consts::TAU);
             [cos as f32, sin as f32, other as f32]
         };
-        let bits = REPEATS.iter().find(|(rays, _)| count < *rays).map_or(0, |(_, bits)| *bits);
+        let (bits, block) =
+            REPEATS.iter().find(|(rays, ..)| count < *rays).map_or((0, 1), |&(_, bits, block)| (bits, block));
         let side = 1 << bits;
         let turn = |pixel: u32| {
             let (x, y) = (pixel % side, pixel / side);
@@ -46,7 +49,12 @@ impl LobeSamples {
             }
             at(order * count)
         };
-        Self { points: (0..count).map(at).collect(), turns: (0..side * side).map(turn).collect(), side }
+        Self {
+            points: (0..count).map(at).collect(),
+            turns: (0..side * side).map(turn).collect(),
+            side,
+            block,
+        }
     }
 
     /// Number of points.
@@ -61,17 +69,31 @@ impl LobeSamples {
         self.points.is_empty()
     }
 
-    /// Pixels along a side of the square after which the turns repeat: 8, 4, 2 or 1.
+    /// Blocks along a side of the square after which the turns repeat: 4, 2 or 1.
     #[must_use]
     pub fn period(&self) -> u32 {
         self.side
     }
 
-    /// The turns of sixteen pixels, those of another set for each `lobe`.
+    /// Pixels along a side of the blocks whose surfaces send the rays of wide lobes together where they are alike: 2 or 1.
+    #[must_use]
+    pub fn block(&self) -> u32 {
+        self.block
+    }
+
+    /// The turns of sixteen pixels, those of another set for each `lobe`: of lobes in the mask by the block that they lie in.
     #[inline(always)]
-    pub(super) fn turns<L: Lanes>(&self, l: L, pixels: &[[u32; 2]; LANES], lobe: u32) -> [L::F; 3] {
+    pub(super) fn turns<L: Lanes>(
+        &self,
+        l: L,
+        pixels: &[[u32; 2]; LANES],
+        lobe: u32,
+        of_blocks: u16,
+    ) -> [L::F; 3] {
         let (mut planes, side) = ([[0.0; LANES]; 3], self.side);
-        for (lane, [x, y]) in pixels.iter().enumerate() {
+        for (lane, pixel) in pixels.iter().enumerate() {
+            let size = if of_blocks >> lane & 1 == 1 { self.block } else { 1 };
+            let [x, y] = pixel.map(|v| v / size);
             let number = (x + 3 * lobe) % side + (y + 5 * lobe) % side * side;
             let turn = self.turns[number as usize];
             for k in 0..3 {

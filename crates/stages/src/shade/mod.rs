@@ -21,7 +21,6 @@ mod reader;
 mod record;
 mod refraction;
 mod surface;
-mod tint;
 mod traced;
 mod transmission;
 mod variation;
@@ -41,6 +40,9 @@ pub use record::store_surface;
 pub use surface::{
     Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, ask_for_textures, store_face,
 };
-pub use traced::{Emitters, Found, Senders, TraceScratch, TracedDraw, TracedLight, TracedLobe};
+pub use traced::{
+    ClearSurfaces, Emitters, Found, Senders, TAKEN, TraceScratch, TracedDraw, TracedLight, TracedLobe,
+    taken_share,
+};
 pub use transmission::{Passed, pass_through, store_transmission};
 pub use variation::NormalFilter;

@@ -266,12 +266,15 @@ pub(super) fn radiance<L: Lanes, M: Model>(
             let mut total = Vec3::zero(l);
             // Loops, so that a model's code is compiled once.
             for which in 0..paint::SURFACES {
-                let mut share = l.splat(1.0);
                 let part = match &mix {
                     Some(mix) => mix.part(l, which),
                     None => None,
                 };
                 if mixed && part.is_none() {
+                    continue;
+                }
+                let [under_lamps, under_rest] = part.as_ref().map_or([true; 2], |part| part.is_seen(l));
+                if mixed && !under_rest && context.lights.is_empty() {
                     continue;
                 }
                 let mut surface =
@@ -283,31 +286,55 @@ pub(super) fn radiance<L: Lanes, M: Model>(
                     surface.bent_normal = surface.normal;
                 }
                 [surface.roughness, surface.coat_roughness] = shaded_roughness(l, context, material, planes);
-                if let Some(part) = part {
+                if let Some(part) = &part {
                     part.apply(l, planes, &mut surface);
-                    share = part.share;
                 }
                 let layers = model.layers(l, material, &surface);
                 let mut sum = model.begin(l, &layers, &surface);
-                if M::LIGHTS_FIRST {
+                if M::LIGHTS_FIRST && under_lamps {
                     sum = add_lights(l, model, context, (material, planes), &surface, &layers, sum);
+                    if let Some(part) = &part {
+                        total += of_lights(l, model, &surface, &layers, sum) * part.shares[0];
+                        sum = model.begin(l, &layers, &surface);
+                    }
                 }
-                for &surroundings in Surroundings::of(context) {
-                    let source = Source { surroundings, context, material, surface: &surface, planes };
-                    sum = model.indirect(l, &layers, &source, sum);
+                if under_rest {
+                    for &surroundings in Surroundings::of(context) {
+                        let source = Source { surroundings, context, material, surface: &surface, planes };
+                        sum = model.indirect(l, &layers, &source, sum);
+                    }
                 }
-                if !M::LIGHTS_FIRST {
+                if let Some(part) = &part {
+                    total += model.finish(l, &layers, &surface, sum) * part.shares[1];
+                    sum = model.begin(l, &layers, &surface);
+                }
+                if !M::LIGHTS_FIRST && under_lamps {
                     sum = add_lights(l, model, context, (material, planes), &surface, &layers, sum);
+                    if let Some(part) = &part {
+                        total += of_lights(l, model, &surface, &layers, sum) * part.shares[0];
+                        continue;
+                    }
                 }
-                let radiance = model.finish(l, &layers, &surface, sum);
                 if !mixed {
-                    return radiance;
+                    return model.finish(l, &layers, &surface, sum);
                 }
-                total += radiance * share;
             }
             total
         },
     )
+}
+
+/// Radiance of a sum that the lights without extent alone were added to, without emission.
+#[inline(always)]
+fn of_lights<L: Lanes, M: Model>(
+    l: L,
+    model: M,
+    surface: &Surface<L>,
+    layers: &M::Layers<L>,
+    sum: M::Sum<L>,
+) -> V3<L> {
+    let emission = model.finish(l, layers, surface, model.begin(l, layers, surface));
+    model.finish(l, layers, surface, sum) - emission
 }
 
 /// Adds the lights without extent, in their order.

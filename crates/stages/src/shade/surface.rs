@@ -151,6 +151,25 @@ pub(super) fn hit_opacity<L: Lanes>(
     opacity_at(l, context, material, batch, &location)
 }
 
+/// Base colour and opacity at points that rays hit, by their barycentric weights: of the finest texels.
+#[inline(always)]
+pub(super) fn hit_color<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    batch: &Batch,
+    barycentric: [L::F; 2],
+) -> [L::F; 4] {
+    let location = Location { barycentric, ..Location::none(l) };
+    let mut color = material.base_color.map(|c| l.splat(c));
+    if let Some(texture) = &material.base_color_texture {
+        let coordinates = coordinates(l, context, batch, &location);
+        let texel = Reader::new(l, context, &coordinates, batch).read(texture);
+        color = each!(n => color[n] * texel[n]);
+    }
+    with_vertex_colors(l, context, batch, &location, color)
+}
+
 /// Base colour and opacity times the colours of the vertices.
 #[inline(always)]
 fn with_vertex_colors<L: Lanes>(

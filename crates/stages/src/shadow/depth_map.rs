@@ -163,7 +163,7 @@ impl DepthMaps {
         jobs: &Jobs,
         level: SimdLevel,
     ) -> Self {
-        Self::draw(blockers, directions, size, &Allowance::new(u64::MAX), jobs, level)
+        Self::draw(blockers, directions, size, &Allowance::new(u64::MAX, jobs), jobs, level)
     }
 
     /// The same within limits.
@@ -188,7 +188,7 @@ impl DepthMaps {
         // Each map looks at all triangles at least: no need to begin.
         let most = limits.blocks;
         let least = Slab::sixteens(blockers).saturating_mul(directions.len() as u64);
-        let allowance = Allowance::new(most);
+        let allowance = Allowance::new(most, jobs);
         let drawn = (least <= most).then(|| Self::draw(blockers, directions, size, &allowance, jobs, level));
         let Some(maps) = drawn.filter(|_| !allowance.is_passed()) else {
             return Err(LimitExceeded::beyond("depth maps of one frame", limits.blocks, "blocks"));
@@ -201,7 +201,7 @@ impl DepthMaps {
         blockers: &Blockers,
         directions: &[[f32; 3]],
         size: usize,
-        allowance: &Allowance,
+        allowance: &Allowance<'_>,
         jobs: &Jobs,
         level: SimdLevel,
     ) -> Self {
@@ -221,7 +221,9 @@ impl DepthMaps {
             });
         });
         jobs.for_each_chunk_mut(&mut texels, map_len, |_, map| {
-            dispatch_available!(level, l => pack(l, map, size));
+            if !allowance.is_passed() {
+                dispatch_available!(level, l => pack(l, map, size));
+            }
         });
         let texel = 2.0 * radius / (size - 2 * MARGIN) as f32;
         let step = 2.0 * radius / (OUTERMOST - DEEPEST);

@@ -38,7 +38,7 @@ impl Slab<'_> {
         &self,
         l: L,
         frames: &[DepthMap],
-        allowance: &Allowance,
+        allowance: &Allowance<'_>,
         size: usize,
         maps: &mut [u32],
     ) {

@@ -223,7 +223,7 @@ impl LampMaps {
         Limits::check(what, texels as u64, 1 << 31, "frame_bytes")?;
         Limits::check_memory(what, bytes)?;
         let mut maps = Self { lamps, texels: vec![0; texels], work: 0 };
-        let allowance = Allowance::new(limits.blocks);
+        let allowance = Allowance::new(limits.blocks, jobs);
         maps.draw(frames, blockers, &allowance, jobs, level);
         if allowance.is_passed() {
             return Err(LimitExceeded::beyond("depth maps of lamps", limits.blocks, "blocks"));
@@ -237,7 +237,7 @@ impl LampMaps {
         &mut self,
         frames: Vec<(LampFrame, DepthMap)>,
         blockers: &Blockers,
-        allowance: &Allowance,
+        allowance: &Allowance<'_>,
         jobs: &Jobs,
         level: SimdLevel,
     ) {
@@ -255,6 +255,9 @@ impl LampMaps {
             });
         });
         jobs.for_each_mut(&mut drawn, |_, DrawnMap { of, frame, map, nearest, .. }| {
+            if allowance.is_passed() {
+                return;
+            }
             let LampFrame { size, far, .. } = *of;
             dispatch_available!(level, l => {
                 if frame.near > 0.0 {

@@ -37,6 +37,7 @@ impl Blockers {
     /// The triangles of all instances that block light ([`blocking_draws`]), from the sides that a camera would see them from
     /// (fronts alone unless the material is double-sided), where they are: opaque ones everywhere, alpha-masked ones where
     /// their alpha (base colour's, texture's by the nearest texel, vertices') reaches the cutoff.
+    /// Unfinished once the work is cancelled.
     ///
     /// # Errors
     /// [`LimitExceeded`] if they would take more than [`Limits::frame_bytes`].
@@ -51,6 +52,9 @@ impl Blockers {
         let mut cutouts = Cutouts::of(scene);
         let mut numbers: BTreeMap<Kind, usize> = BTreeMap::new();
         for (instance, kind) in instances {
+            if jobs.is_cancelled() {
+                break;
+            }
             if places.get(&kind) == Some(&1) {
                 out.add(scene, (instance, kind), &mut cutouts, jobs);
                 continue;

@@ -21,7 +21,7 @@ const FINEST: usize = 256;
 const LEVELS: usize = 9;
 
 /// Number of times that the cone is looked into: the first time it is as wide as it may be, then as what was found says.
-const LOOKS: usize = 3;
+const LOOKS: usize = 2;
 
 /// Texels of a map that a surface lies before the floor at least to count wholly: a plate of the model that lies in the floor
 /// is the floor itself.
@@ -47,7 +47,7 @@ pub struct Pyramids<'a> {
 }
 
 impl<'a> Pyramids<'a> {
-    /// Filters maps for a floor at a height, below all that is in them.
+    /// Filters maps for a floor at a height, below all that is in them, until the work is cancelled.
     #[must_use]
     pub fn new(maps: &'a DepthMaps, height: f32, jobs: &Jobs) -> Self {
         let mut reduced = 1;
@@ -68,7 +68,11 @@ impl<'a> Pyramids<'a> {
         }
         let mut words = vec![0; len * maps.len()];
         let of = Self { maps, reduced, first, side, levels, len, words: Vec::new() };
-        jobs.for_each_chunk_mut(&mut words, len, |map, words| of.filter(map, height, words));
+        jobs.for_each_chunk_mut(&mut words, len, |map, words| {
+            if !jobs.is_cancelled() {
+                of.filter(map, height, words);
+            }
+        });
         Self { words, ..of }
     }
 
@@ -79,17 +83,26 @@ impl<'a> Pyramids<'a> {
         let nearness = self.maps.steepness() * (WHOLE as f32 / TOUCHING);
         let side = self.side[0] as usize;
         for row in 1..side - 1 {
+            if self.reduced == 1 {
+                let texels =
+                    texels[(row - 1) * size..].iter().zip(&mut words[row * side + 1..(row + 1) * side - 1]);
+                for (column, (texel, word)) in texels.enumerate() {
+                    let depth = texel & 0xffff;
+                    let below = (floor[0] * column as f32 + floor[1] * (row - 1) as f32) + floor[2];
+                    let share = share_above(depth, below, nearness);
+                    *word = if depth > 0 && share > 0 { depth | share << 16 } else { 0 };
+                }
+                continue;
+            }
             for column in 1..side - 1 {
                 let rows = ((row - 1) * self.reduced..row * self.reduced).take_while(|row| *row < size);
                 let mut sum = Sum::default();
                 for row in rows {
                     for column in (column - 1) * self.reduced..(column * self.reduced).min(size) {
                         let depth = texels[row * size + column] & 0xffff;
-                        let below = (floor[0] * column as f32 + floor[1] * row as f32) + floor[2];
-                        // Half a step is lost to rounding down.
-                        let share = (depth as f32 + 0.5 - below) * nearness;
-                        if depth > 0 && share > 0.0 {
-                            sum.add(depth, if share < WHOLE as f32 { share as u32 } else { WHOLE });
+                        if depth > 0 {
+                            let below = (floor[0] * column as f32 + floor[1] * row as f32) + floor[2];
+                            sum.add(depth, share_above(depth, below, nearness));
                         }
                     }
                 }
@@ -104,10 +117,12 @@ impl<'a> Pyramids<'a> {
                 for column in 1..inner - 1 {
                     let mut sum = Sum::default();
                     // Beyond an odd number of texels lies the empty one.
-                    for (y, x) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                        let word = above[(2 * row - 1 + y) * outer + 2 * column - 1 + x];
-                        sum.add(word & 0xffff, word >> 16);
+                    let first = (2 * row - 1) * outer + 2 * column - 1;
+                    let four = [first, first + 1, first + outer, first + outer + 1].map(|at| above[at]);
+                    if four == [0; 4] {
+                        continue;
                     }
+                    four.into_iter().for_each(|word| sum.add(word & 0xffff, word >> 16));
                     below[row * inner + column] = sum.mean(4);
                 }
             }
@@ -183,6 +198,18 @@ impl<'a> Pyramids<'a> {
         }
         let some = covered.gt(l.zero());
         [covered, depth / some.select(covered, l.splat(1.0))]
+    }
+}
+
+/// Share by which a surface at a depth counts before a floor that is at another one.
+#[inline(always)]
+fn share_above(depth: u32, floor: f32, nearness: f32) -> u32 {
+    // Half a step is lost to rounding down.
+    let share = (depth as f32 + 0.5 - floor) * nearness;
+    match share {
+        share if share >= WHOLE as f32 => WHOLE,
+        share if share > 0.0 => share as u32,
+        _ => 0,
     }
 }
 

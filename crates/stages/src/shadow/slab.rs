@@ -2,7 +2,7 @@
 
 use super::blockers::{Blockers, Masked};
 use super::repeated::Repeated;
-use overcoat_core::jobs::Jobs;
+use overcoat_core::jobs::{Cancellation, Jobs};
 use overcoat_core::math::lanes::LANES;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -117,14 +117,17 @@ impl<'a> Listed<'a> {
 
 /// Work that drawing maps may take, counted on all threads: the sixteens of triangles and of texels that are looked at. The sum
 /// depends on timing once it is beyond what is allowed; that it is, does not.
-pub(super) struct Allowance {
+pub(super) struct Allowance<'a> {
     spent: AtomicU64,
     most: u64,
+    /// Stops the work as well.
+    cancellation: Option<&'a Cancellation>,
 }
 
-impl Allowance {
-    pub(super) fn new(most: u64) -> Self {
-        Self { spent: AtomicU64::new(0), most }
+impl<'a> Allowance<'a> {
+    /// So much work by `jobs`, until they are cancelled.
+    pub(super) fn new(most: u64, jobs: &'a Jobs) -> Self {
+        Self { spent: AtomicU64::new(0), most, cancellation: jobs.cancellation() }
     }
 
     /// Counts work that is done; false if no more is to be begun.
@@ -138,9 +141,9 @@ impl Allowance {
         self.spent.load(Ordering::Relaxed)
     }
 
-    /// True if more was done than is allowed: the maps are unfinished.
+    /// True if more was done than is allowed, or it was cancelled: the maps are unfinished.
     pub(super) fn is_passed(&self) -> bool {
-        self.spent() > self.most
+        self.spent() > self.most || self.cancellation.is_some_and(Cancellation::is_cancelled)
     }
 }
 
@@ -149,7 +152,7 @@ impl<'a> Slab<'a> {
     pub(super) fn for_each(
         blockers: &'a Blockers,
         jobs: &Jobs,
-        allowance: &Allowance,
+        allowance: &Allowance<'_>,
         mut draw: impl FnMut(&Self),
     ) {
         let mut sixteens = Vec::new();

@@ -75,6 +75,10 @@ fn drawn(
     // Each has its share, so that none draws on because others have not begun.
     let most = limits.blocks / maps.len().max(1) as u64;
     jobs.for_each_mut(&mut parts, |_, ((frame, source, size), words, work)| {
+        if jobs.is_cancelled() {
+            *work = u64::MAX;
+            return;
+        }
         dispatch_available!(level, l => *work = tint_map::draw(l, tinted, (frame, *source), (*size, most), words));
     });
     if parts.iter().any(|(_, _, work)| *work > most) {

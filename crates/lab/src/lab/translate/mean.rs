@@ -30,6 +30,7 @@ pub(super) fn seen_at(material: &Material, spot: Spot) -> Material {
     far.lobes.flakes.size = Flakes::LEAST_SIZE;
     let surface = &mut far.lobes.coat_surface;
     surface.peel_size = Flakes::LEAST_SIZE;
+    surface.swirl_size = Flakes::LEAST_SIZE;
     // Scratches fade with the distance.
     surface.scratches = 0.0;
     for (_, slot) in slots() {

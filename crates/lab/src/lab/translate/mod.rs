@@ -60,7 +60,7 @@ impl std::fmt::Debug for Goal<'_> {
 }
 
 impl Goal<'static> {
-    /// A material file: it has all that the model reads. Flakes, orange peel and scratches are of this project, and no
+    /// A material file: it has all that the model reads. Flakes, orange peel, scratches and swirl marks are of this project, and no
     /// engine has them: they are in files for its own models, `standard` and `stacklit-d`.
     #[must_use]
     pub fn of_a_file(model: ShadingModel) -> Self {
@@ -95,6 +95,7 @@ impl Goal<'_> {
             ("films on flakes", is_filmed && !held("flakes") && !self.knows("iridescence")),
             ("orange peel", material.has_orange_peel() && !held("coat_peel")),
             ("scratches", material.has_scratches() && !held("coat_scratches")),
+            ("swirl marks", material.has_swirl() && !held("coat_swirl")),
             ("textures", textured),
         ] {
             if is_there && !names.contains(&name) {
@@ -110,9 +111,9 @@ impl Goal<'_> {
     }
 }
 
-/// True of parameters of flakes, orange peel and scratches.
+/// True of parameters of flakes, orange peel, scratches and swirl marks.
 fn is_of_paint(name: &str) -> bool {
-    name.starts_with("flake") || name.starts_with("coat_peel") || name.starts_with("coat_scratch")
+    ["flake", "coat_peel", "coat_scratch", "coat_swirl"].iter().any(|start| name.starts_with(start))
 }
 
 /// A material for another model.

@@ -11,11 +11,11 @@ const MOST_ELEMENTS: usize = 1 << 16;
 
 /// An element with its attributes as they are written.
 #[derive(Debug, Default)]
-pub(super) struct Element {
+pub(crate) struct Element {
     /// Category: `input`, `nodegraph`, `open_pbr_surface`.
-    pub(super) category: String,
+    pub(crate) category: String,
     attributes: BTreeMap<String, String>,
-    pub(super) children: Vec<Element>,
+    pub(crate) children: Vec<Element>,
     /// `fileprefix` of this element and of all around it.
     prefix: String,
     /// `colorspace` of this element or of the nearest around it.
@@ -23,16 +23,37 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// Reads a document.
-    pub(super) fn document(text: &str) -> Result<Self, LoadError> {
-        let mut xml = Xml::new(FORMAT, "", text);
+    /// An element of a graph that another format holds.
+    pub(crate) fn made(category: &str, attributes: &[(&str, &str)]) -> Self {
+        let owned = |(name, value): &(&str, &str)| ((*name).to_owned(), (*value).to_owned());
+        Self {
+            category: category.to_owned(),
+            attributes: attributes.iter().map(owned).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Gives the element the colour space of its value.
+    pub(crate) fn in_color_space(self, color_space: &str) -> Self {
+        Self { color_space: color_space.to_owned(), ..self }
+    }
+
+    /// Reads a document and what it includes.
+    pub(crate) fn document(text: &str, includes: &mut Includes<'_>) -> Result<Self, LoadError> {
+        let mut root = Self::root("", text, &Self::default(), &mut includes.elements)?;
+        includes.fill(&mut root, "", 0);
+        Ok(root)
+    }
+
+    /// Reads one file: the document itself, or one of this path that it includes.
+    fn root(path: &str, text: &str, around: &Self, count: &mut usize) -> Result<Self, LoadError> {
+        let mut xml = Xml::new(FORMAT, path, text);
         let mut root = Self::default();
-        let mut count = 0;
         xml.root(|xml, tag| {
             if tag.name() != "materialx" {
                 return Err(xml.error("the outermost element is not materialx"));
             }
-            root = Self::read(xml, tag, &Self::default(), &mut count)?;
+            root = Self::read(xml, tag, around, count)?;
             Ok(())
         })?;
         Ok(root)
@@ -74,7 +95,7 @@ impl Element {
         self.attributes.get(name).map_or("", String::as_str)
     }
 
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         self.attribute("name")
     }
 
@@ -116,4 +137,85 @@ impl Element {
         let numbers: Option<Vec<f32>> = value.split(',').take(5).map(number).collect();
         numbers.filter(|numbers| (1..=4).contains(&numbers.len()))
     }
+}
+
+/// Files that a document may include, and how deep these may include others.
+const MOST_INCLUDED: usize = 32;
+const DEEPEST_INCLUDED: usize = 4;
+
+/// Files that a document includes (`xi:include`): from its folder and the folders in it, each once.
+pub(crate) struct Includes<'r> {
+    /// Text of a file by its path from the document's folder; the reason if there is none.
+    read: &'r mut dyn FnMut(&str) -> Result<String, String>,
+    seen: Vec<String>,
+    /// Elements so far.
+    elements: usize,
+    /// Files that are left out, in words.
+    pub(crate) notes: Vec<String>,
+}
+
+impl<'r> Includes<'r> {
+    pub(crate) fn new(read: &'r mut dyn FnMut(&str) -> Result<String, String>) -> Self {
+        Self { read, seen: Vec::new(), elements: 0, notes: Vec::new() }
+    }
+
+    /// Puts the elements of files that a document of this folder includes after its own, which count where both have a name.
+    fn fill(&mut self, root: &mut Element, folder: &str, depth: usize) {
+        let (includes, own) =
+            std::mem::take(&mut root.children).into_iter().partition(|child| child.category == "include");
+        root.children = own;
+        for include in includes {
+            let include: Element = include;
+            let href = include.attribute("href").replace('\\', "/");
+            match self.file(&href, folder, depth) {
+                Ok(Some(included)) => root.children.extend(included.children),
+                Ok(None) => {}
+                Err(why) if self.notes.len() < MOST_INCLUDED => {
+                    self.notes.push(format!("the included file {href} is left out: {why}"));
+                }
+                Err(_) => {}
+            }
+        }
+    }
+
+    /// Reads one of them, unless that has been done.
+    fn file(&mut self, href: &str, folder: &str, depth: usize) -> Result<Option<Element>, String> {
+        let path = path_within(folder, href).ok_or("it is not in the document's folder")?;
+        if self.seen.contains(&path) {
+            return Ok(None);
+        }
+        if self.seen.len() >= MOST_INCLUDED || depth >= DEEPEST_INCLUDED {
+            return Err(format!(
+                "no more than {MOST_INCLUDED} files are included, and none deeper than {DEEPEST_INCLUDED}"
+            ));
+        }
+        self.seen.push(path.clone());
+        let text = (self.read)(&path)?;
+        let inner = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+        // Pictures are named from the folder of the file that names them.
+        let prefix = if inner.is_empty() { String::new() } else { format!("{inner}/") };
+        let around = Element { prefix, ..Element::default() };
+        let mut root =
+            Element::root(&path, &text, &around, &mut self.elements).map_err(|error| error.to_string())?;
+        self.fill(&mut root, inner, depth.saturating_add(1));
+        Ok(Some(root))
+    }
+}
+
+/// A path relative to a folder as one from the document's folder; none if it leads out of that.
+fn path_within(folder: &str, href: &str) -> Option<String> {
+    if href.is_empty() || href.starts_with('/') || href.contains(':') {
+        return None;
+    }
+    let mut parts: Vec<&str> = Vec::new();
+    for part in folder.split('/').chain(href.split('/')) {
+        match part {
+            "" | "." => {}
+            ".." => {
+                parts.pop()?;
+            }
+            part => parts.push(part),
+        }
+    }
+    (!parts.is_empty()).then(|| parts.join("/"))
 }

@@ -52,6 +52,11 @@ impl<'a> Graph<'a> {
         Self { document, depth: 0, visits: 0, notes: Vec::new() }
     }
 
+    /// Nodes that were looked at so far.
+    pub(super) fn visits(&self) -> usize {
+        self.visits
+    }
+
     /// Calls `f` one level deeper; `None` beyond the limits, as in a circle.
     pub(super) fn visit<T>(&mut self, f: impl FnOnce(&mut Self) -> T) -> Option<T> {
         self.visits = self.visits.saturating_add(1);

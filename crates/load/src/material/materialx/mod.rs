@@ -7,6 +7,7 @@
 
 mod document;
 mod graph;
+mod materials;
 mod read;
 mod shaders;
 #[cfg(test)]
@@ -14,22 +15,25 @@ mod tests;
 mod uv;
 mod write;
 
-use super::GivenPictures;
 use super::error::{MaterialError, MaterialErrorReason};
+use super::{GivenPictures, Translated};
 use crate::image::{self, ImageError};
 use crate::{Context, Warning};
-use document::Element;
+pub(crate) use document::{Element, Includes};
+pub(crate) use materials::{materials, surface};
+pub(crate) use read::Surface;
 
 /// Name of the format, in messages.
 const FORMAT: &str = "MaterialX";
 
 /// True if the bytes are XML, which no material file in TOML begins like.
-pub(super) fn is_xml(bytes: &[u8]) -> bool {
+pub(crate) fn is_xml(bytes: &[u8]) -> bool {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     bytes.trim_ascii_start().first() == Some(&b'<')
 }
 
-/// The text of a material file with the same surface, and warnings about the rest.
+/// The texts of material files with the same surfaces, and warnings about the rest. What the document includes is read from its folder
+/// and the folders in it.
 ///
 /// # Errors
 /// [`MaterialError`] if the document is damaged, or has no surface shader that is read.
@@ -37,9 +41,18 @@ pub(super) fn to_toml(
     text: &str,
     given: &GivenPictures,
     context: &Context<'_>,
-) -> Result<(String, Vec<Warning>), MaterialError> {
+) -> Result<Translated, MaterialError> {
     let syntax = |message: String| MaterialError::whole(MaterialErrorReason::Syntax(message));
-    let document = Element::document(text).map_err(|error| syntax(error.to_string()))?;
+    // All documents together have no more bytes than one may have.
+    let mut left = super::MAX_BYTES.saturating_sub(text.len() as u64);
+    let mut included = |file: &str| {
+        let bytes = context.resolver.read(file, left).map_err(|error| error.to_string())?;
+        left = left.saturating_sub(bytes.len() as u64);
+        String::from_utf8(bytes).map_err(|_| "it is not a text file".to_owned())
+    };
+    let mut includes = Includes::new(&mut included);
+    let document = Element::document(text, &mut includes).map_err(|error| syntax(error.to_string()))?;
+    let left_out = includes.notes;
     let mut readable = |file: &str| {
         if given.contains_key(file) {
             return Ok(());
@@ -51,8 +64,8 @@ pub(super) fn to_toml(
             ImageError::Limit(limit) => limit.to_string(),
         })
     };
-    let read::Translated { toml, notes } =
-        read::read(&document, &mut readable).map_err(|message| syntax(format!("{FORMAT}: {message}")))?;
-    let warnings = notes.into_iter().map(|note| Warning::new(format!("{FORMAT}: {note}")));
-    Ok((toml, warnings.collect()))
+    let materials::Read { texts, notes } = materials::read(&document, &mut readable)
+        .map_err(|message| syntax(format!("{FORMAT}: {message}")))?;
+    let notes = left_out.into_iter().chain(notes);
+    Ok(Translated { texts, notes: notes.map(|note| Warning::new(format!("{FORMAT}: {note}"))).collect() })
 }

@@ -1,81 +1,54 @@
-//! The surface of a MaterialX document as the text of a material file.
+//! One surface of a MaterialX document as the text of a material file.
 
 use super::super::keys::{Key, Kind};
 use super::document::Element;
 use super::graph::{Graph, Picture, Scope, Signal, color_of, triple};
-use super::shaders::{Row, SHADERS, Shader};
+use super::shaders::{Row, Shader};
 use overcoat_scene::parameters::{Holds, Kind as Of, Range};
 use overcoat_scene::{Material, Wrap};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// A document as a material file.
-pub(super) struct Translated {
-    pub(super) toml: String,
-    /// Parts without effect, in words.
-    pub(super) notes: Vec<String>,
-}
-
-/// Checks that a picture can be used; the reason if not.
-pub(super) type Readable<'r> = &'r mut dyn FnMut(&str) -> Result<(), String>;
+/// Checks that a picture can be used; the reason if not, which is empty where it has been told.
+pub(crate) type Readable<'r> = &'r mut dyn FnMut(&str) -> Result<(), String>;
 
 /// Colour spaces of pictures that are read as sRGB without a word: names of it, and what documents inherit who say none.
 const LIKE_SRGB: [&str; 5] = ["", "srgb_texture", "sRGB", "lin_rec709", "auto"];
 
-/// Reads the first material of a document whose shader is known.
-///
-/// # Errors
-/// One line if there is none.
-pub(super) fn read(document: &Element, readable: Readable<'_>) -> Result<Translated, String> {
-    let materials: Vec<(&Element, &Element)> = document
-        .children
-        .iter()
-        .filter(|child| child.category == "surfacematerial")
-        .filter_map(|material| Some((material, shader_of(document, material)?)))
-        .collect();
-    let shaders = document.children.iter().filter(|child| child.attribute("type") == "surfaceshader");
-    let bare = shaders.map(|shader| (shader, shader));
-    let known = |surface: &Element| SHADERS.iter().find(|shader| shader.category == surface.category);
-    let all: Vec<_> = if materials.is_empty() { bare.collect() } else { materials };
-    let found = all.iter().find_map(|(material, surface)| Some((*material, *surface, known(surface)?)));
-    let Some((material, surface, shader)) = found else {
-        let read: Vec<&str> = SHADERS.iter().map(|shader| shader.category).collect();
-        let has = all.first().map_or("there is no surface shader".to_owned(), |(_, surface)| {
-            format!("the surface shader {} is not read", surface.category)
-        });
-        return Err(format!("{has}; those that are: {}", read.join(", ")));
-    };
+/// A surface as it is read.
+#[derive(Debug, Default)]
+pub(crate) struct Surface {
+    /// Text of a material file.
+    pub(crate) text: String,
+    /// Parts without effect, in words.
+    pub(crate) notes: Vec<String>,
+    /// The first of these that is more than an approximation: an input whose nodes or picture are not read.
+    pub(crate) lost: Option<String>,
+    /// Nodes that were looked at.
+    pub(crate) visits: usize,
+}
+
+/// Reads a surface whose shader is known, of a material. `known` has the pictures that were asked for before, and whether they can
+/// be used.
+pub(super) fn surface(
+    document: &Element,
+    (material, surface, shader): (&Element, &Element, &'static Shader),
+    readable: Readable<'_>,
+    known: &mut Vec<(String, bool)>,
+) -> Surface {
     let mut reader = Reader {
         graph: Graph::new(document),
         document,
         surface,
         shader,
         readable,
-        known: Vec::new(),
+        known,
         read: BTreeSet::new(),
-        toml: String::new(),
-        notes: Vec::new(),
+        out: Surface::default(),
     };
-    let others: Vec<&str> = all
-        .iter()
-        .filter(|(other, _)| !std::ptr::eq(*other, material))
-        .map(|(other, _)| other.name())
-        .collect();
-    if !others.is_empty() {
-        let more = if others.len() > 8 { ", ..." } else { "" };
-        let listed = others.iter().take(8).copied().collect::<Vec<_>>().join(", ");
-        reader
-            .notes
-            .push(format!("{} is drawn; the file has further materials: {listed}{more}", material.name()));
-    }
     reader.put("description", &toml::Value::from(material.name()));
     reader.surface();
-    Ok(Translated { toml: reader.toml, notes: reader.notes })
-}
-
-/// The surface shader of a material.
-fn shader_of<'a>(document: &'a Element, material: &'a Element) -> Option<&'a Element> {
-    Graph::new(document).source(material.input("surfaceshader")?, document).map(|(shader, _)| shader)
+    Surface { visits: reader.graph.visits(), ..reader.out }
 }
 
 struct Reader<'a, 'r> {
@@ -85,20 +58,26 @@ struct Reader<'a, 'r> {
     shader: &'static Shader,
     readable: Readable<'r>,
     /// Pictures that were asked for, and whether they can be used.
-    known: Vec<(String, bool)>,
+    known: &'r mut Vec<(String, bool)>,
     /// Inputs that were looked at.
     read: BTreeSet<&'a str>,
-    toml: String,
-    notes: Vec<String>,
+    out: Surface,
 }
 
 impl<'a> Reader<'a, '_> {
     fn put(&mut self, key: &str, value: &toml::Value) {
-        let _ = writeln!(self.toml, "{key} = {value}");
+        let _ = writeln!(self.out.text, "{key} = {value}");
     }
 
     fn note(&mut self, input: &str, what: &str) {
-        self.notes.push(format!("{input}: {what}"));
+        self.out.notes.push(format!("{input}: {what}"));
+    }
+
+    /// Notes what is more than an approximation.
+    fn lose(&mut self, input: &str, what: &str) {
+        let note = format!("{input}: {what}");
+        self.out.lost.get_or_insert_with(|| note.clone());
+        self.out.notes.push(note);
     }
 
     /// Value of an input, or its default. What cannot be read is noted and has the default.
@@ -108,11 +87,11 @@ impl<'a> Reader<'a, '_> {
         self.read.insert(element.name());
         let signal = self.graph.input(self.surface, self.document, input).unwrap_or(or.clone());
         for note in std::mem::take(&mut self.graph.notes) {
-            self.note(input, &note);
+            self.lose(input, &note);
         }
         match signal {
             Signal::Lost(why) => {
-                self.note(input, &format!("{why} is not read, the default takes its place"));
+                self.lose(input, &format!("{why} is not read, the default takes its place"));
                 or
             }
             Signal::Picture(picture) if !self.can_read(input, &picture.file) => or,
@@ -125,8 +104,12 @@ impl<'a> Reader<'a, '_> {
             return *can;
         }
         let checked = (self.readable)(file);
-        if let Err(why) = &checked {
-            self.note(input, &format!("the texture {file} is left out: {why}"));
+        match &checked {
+            Ok(()) => {}
+            Err(why) if why.is_empty() => {
+                self.out.lost.get_or_insert_with(|| format!("{input}: the texture {file} is left out"));
+            }
+            Err(why) => self.lose(input, &format!("the texture {file} is left out: {why}")),
         }
         self.known.push((file.to_owned(), checked.is_ok()));
         checked.is_ok()
@@ -137,7 +120,7 @@ impl<'a> Reader<'a, '_> {
         match self.signal(input, default) {
             Signal::Numbers(numbers) => numbers,
             _ => {
-                self.note(input, "takes no texture here, the default takes its place");
+                self.lose(input, "takes no texture here, the default takes its place");
                 default.to_vec()
             }
         }
@@ -182,7 +165,7 @@ impl<'a> Reader<'a, '_> {
 
     /// True if a key is given so far.
     fn has(&self, key: &str) -> bool {
-        self.toml.lines().any(|line| line.strip_prefix(key).is_some_and(|rest| rest.starts_with(" = ")))
+        self.out.text.lines().any(|line| line.strip_prefix(key).is_some_and(|rest| rest.starts_with(" = ")))
     }
 
     /// Takes note that an input was looked at.
@@ -271,7 +254,7 @@ impl<'a> Reader<'a, '_> {
             Signal::Picture(_)
                 if row.texture.is_empty() || (specular && row.texture == "roughness_texture") =>
             {
-                self.note(row.input, "takes no texture here, the default takes its place");
+                self.lose(row.input, "takes no texture here, the default takes its place");
                 let numbers: Vec<f32> = row.default.iter().map(|v| v * by).collect();
                 self.value(row, &numbers);
             }
@@ -279,7 +262,7 @@ impl<'a> Reader<'a, '_> {
                 // Both are read by one texture.
                 if matches!(row.texture, "metallic_texture" | "roughness_texture") {
                     if layout.as_ref().is_some_and(|first| !lies_alike(first, &picture)) {
-                        self.note(
+                        self.lose(
                             row.input,
                             "the texture lies otherwise than that of metalness and is left out",
                         );
@@ -322,7 +305,7 @@ impl<'a> Reader<'a, '_> {
         let mut held = |v: f32, range: Range| {
             let within = v.clamp(range.low, range.high);
             if within != v {
-                self.notes.push(format!("{}: {v} is held at {within}", row.input));
+                self.out.notes.push(format!("{}: {v} is held at {within}", row.input));
             }
             within
         };
@@ -405,10 +388,10 @@ impl<'a> Reader<'a, '_> {
             set("filter", toml::Value::from("nearest"));
         }
         if !matches!(placed, Some((_, Some(_)))) {
-            self.note(input, "the transform of its texture coordinates is not read");
+            self.lose(input, "the transform of its texture coordinates is not read");
         }
         if !takes_channel && picture.channel.is_some() {
-            self.note(input, "one channel of the texture is chosen, and all are drawn");
+            self.lose(input, "one channel of the texture is chosen, and all are drawn");
         }
         let space = picture.color_space.as_str();
         if !takes_channel && picture.normal_scale.is_none() && !LIKE_SRGB.contains(&space) {
@@ -443,7 +426,7 @@ impl<'a> Reader<'a, '_> {
             Signal::Picture(picture) => {
                 let own = base.is_some_and(|base| base.file == picture.file && lies_alike(base, picture));
                 if !own || picture.channel != Some(3) {
-                    self.note(self.shader.opacity, "takes no texture but the alpha of that of the base");
+                    self.lose(self.shader.opacity, "takes no texture but the alpha of that of the base");
                     return self.base(color, 1.0);
                 }
                 picture.factor[0]

@@ -17,9 +17,17 @@ fn png() -> Vec<u8> {
 }
 
 fn open(text: &str) -> Result<MaterialFile, MaterialError> {
+    open_beside(text, &[])
+}
+
+/// Reads a document that lies beside these other texts.
+fn open_beside(text: &str, beside: &[(&str, String)]) -> Result<MaterialFile, MaterialError> {
     let mut files = MemoryResolver::default();
     for name in ["a.png", "b.png", "maps/c.png"] {
         files.files.insert(name.to_owned(), png());
+    }
+    for (name, text) in beside {
+        files.files.insert((*name).to_owned(), text.clone().into_bytes());
     }
     let resolver: &dyn Resolver = &files;
     let context = Context { resolver, limits: &Limits::default(), jobs: &Jobs::new(1) };
@@ -197,4 +205,93 @@ fn a_document_that_is_written_reads_as_the_same_material() {
     let (_, warnings) = open("flakes = 0.5\nmodel = \"three\"\n").unwrap().to_materialx();
     let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     assert!(warnings[0].contains("flakes has no place") && warnings[1].contains("three"), "{warnings:?}");
+}
+
+/// A material of this name and coat, with its shader.
+fn coated(name: &str, coat: f32) -> String {
+    format!(
+        "<open_pbr_surface name=\"S_{name}\" type=\"surfaceshader\">{}</open_pbr_surface>\
+         <surfacematerial name=\"{name}\" type=\"material\">\
+         <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"S_{name}\"/></surfacematerial>",
+        input("coat_weight", &coat.to_string())
+    )
+}
+
+fn whole(elements: &str) -> String {
+    format!("<materialx version=\"1.39\">{elements}</materialx>")
+}
+
+/// Coats of materials of these names after a file has been laid over them, or over those of one name.
+fn coats(file: &MaterialFile, names: &[&str], name: Option<&str>) -> Vec<f32> {
+    let mut scene = Scene::default();
+    for name in names {
+        scene.add_material(Material::default().with(|m| m.name = (*name).to_owned())).unwrap();
+    }
+    file.assign(&mut scene, name, &Limits::default()).unwrap();
+    scene.materials().iter().map(|material| material.coat).collect()
+}
+
+#[test]
+fn materials_of_a_document_go_by_name() {
+    let strange = "<disney_brdf name=\"D\" type=\"surfaceshader\"/><surfacematerial name=\"odd\" type=\"material\">\
+                   <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"D\"/></surfacematerial>";
+    let rows = [coated("body", 0.25), coated("car_paint", 0.5), strange.to_owned(), coated("body", 0.75)];
+    let file = open(&whole(&rows.concat())).unwrap();
+    // Materials with none of the names stay; names of MaterialX have no spaces.
+    assert_eq!(coats(&file, &["glass", "body", "car paint", "body"], None), [0.0, 0.25, 0.5, 0.25]);
+    assert_eq!(coats(&file, &["glass", "tyre"], None), [0.25, 0.25]);
+    assert_eq!(coats(&file, &["glass", "car_paint"], Some("car_paint")), [0.0, 0.5]);
+    assert_eq!(coats(&file, &["glass", "car_paint"], Some("glass")), [0.25, 0.0]);
+    let warnings: Vec<String> = file.warnings().map(|w| w.to_string()).collect();
+    assert!(warnings[0].contains("the materials body, car_paint: each is drawn"), "{warnings:?}");
+    assert!(warnings[1].contains("not read: odd, body") && warnings.len() == 2, "{warnings:?}");
+    assert!(file.text().contains("coat = 0.25"), "{}", file.text());
+    // One material is laid over everything, whatever its name.
+    assert_eq!(coats(&open(&whole(&coated("body", 0.5))).unwrap(), &["glass", "body"], None), [0.5, 0.5]);
+}
+
+#[test]
+fn documents_include_others_of_their_folder() {
+    let include = |href: &str| format!("<xi:include href=\"{href}\"/>");
+    let image = "<image name=\"i\" type=\"color3\"><input name=\"file\" value=\"c.png\"/></image>";
+    let inner = connected("base_color", "nodename=\"i\"");
+    let beside = [
+        (
+            "parts/body.mtlx",
+            whole(&(include("deeper/../image.mtlx") + &include("../main.mtlx") + &coated("body", 0.5))),
+        ),
+        ("maps/image.mtlx", whole(image)),
+        ("parts/image.mtlx", whole(&include("../maps/image.mtlx"))),
+        ("main.mtlx", whole(&include("parts/body.mtlx"))),
+        ("broken.mtlx", "<materialx><a>".to_owned()),
+    ];
+    let read = |elements: &str| {
+        let file = open_beside(&whole(elements), &beside).unwrap();
+        (file.text().to_owned(), file.warnings().map(|w| w.to_string()).collect::<Vec<_>>())
+    };
+    let (text, warnings) = read(&include("parts/body.mtlx"));
+    assert!(text.contains("coat = 0.5") && warnings.is_empty(), "{text} {warnings:?}");
+    // The document's own come first, and pictures are named from the folder of the file that names them.
+    let own = format!("<open_pbr_surface name=\"S\" type=\"surfaceshader\">{inner}</open_pbr_surface>");
+    let (text, warnings) = read(&(include("maps/image.mtlx") + &own));
+    assert!(text.contains("file = \"maps/c.png\"") && warnings.is_empty(), "{text} {warnings:?}");
+    for (href, why) in [
+        ("none.mtlx", "none.mtlx is left out"),
+        ("../main.mtlx", "not in the document's folder"),
+        ("parts/../../main.mtlx", "not in the document's folder"),
+        ("/etc/passwd", "not in the document's folder"),
+        ("file:///etc/passwd", "not in the document's folder"),
+        ("c:\\main.mtlx", "not in the document's folder"),
+        ("broken.mtlx", "broken.mtlx is left out"),
+        ("a.png", "a.png is left out"),
+    ] {
+        let (_, warnings) = read(&(include(href) + &own));
+        assert!(warnings[0].contains(why), "{href}: {warnings:?}");
+    }
+    // As many files as may be, and not as deep as they go.
+    let chain: Vec<(String, String)> =
+        (0..9).map(|k| (format!("{k}.mtlx"), whole(&include(&format!("{}.mtlx", k + 1))))).collect();
+    let chain: Vec<(&str, String)> = chain.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
+    let file = open_beside(&whole(&(include("0.mtlx") + &own)), &chain).unwrap();
+    assert!(file.warnings().any(|w| w.to_string().contains("4.mtlx is left out: no more than")));
 }

@@ -10,7 +10,6 @@ mod layered;
 #[cfg(test)]
 mod tests;
 
-use super::Scan;
 use super::las::{u16_at, u32_at};
 use crate::{Context, LoadError};
 use arithmetic::{Decoder, Models};
@@ -130,9 +129,8 @@ pub(super) fn unpack(
     (length, points): (usize, u64),
     context: &Context<'_>,
 ) -> Result<Vec<u8>, LoadError> {
-    Scan::check(context, points)?;
-    // Scans and what is unpacked of them are in memory together.
-    let asked = points.saturating_mul((length as u64).saturating_add(48));
+    // All of them, though maybe not all are drawn.
+    let asked = points.saturating_mul(length as u64);
     Limits::check(|| format!("{FORMAT}: the points"), asked, context.limits.decoded_bytes, "decoded_bytes")?;
     let malformed = |message: &str| LoadError::malformed(FORMAT, message);
     let header = usize::from(u16_at(bytes, 94).unwrap_or(0));

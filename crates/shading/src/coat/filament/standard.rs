@@ -54,6 +54,9 @@ pub struct Coat<L: Lanes> {
     pub ior_change: bool,
     /// True if the base is at least as rough as the coat, as it is where a material writes `clearCoatRoughness`.
     pub roughens_base: bool,
+    /// True where mobile takes the sine between normal and half vector of the coat too. The original takes the base's, which lights up
+    /// coats over a base that is tilted as it never is there (flakes).
+    pub own_sine: bool,
 }
 
 /// Brushed or combed surfaces.
@@ -99,6 +102,7 @@ pub struct CoatParameters<L: Lanes> {
     pub n_dot_v: L::F,
     normal: V3<L>,
     separate_normal: bool,
+    own_sine: bool,
 }
 
 /// The frame of an anisotropic lobe.
@@ -200,6 +204,7 @@ pub fn parameters<L: Lanes>(
                 n_dot_v: coat_n_dot_v,
                 normal: coat_normal,
                 separate_normal: coat.normal.is_some(),
+                own_sine: coat.own_sine,
             })
         }
         None => None,
@@ -389,10 +394,10 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
             } else {
                 (n_dot_h, n_dot_l)
             };
-            // The sine on mobile is that of the base's normal, in the original too.
             let sine_squared = match it.quality {
-                Quality::Desktop => (n_dot_h * n_dot_h).one_minus(),
-                Quality::Mobile => sine_squared,
+                // The sine of the base's normal, in the original too.
+                Quality::Mobile if !coat.own_sine => sine_squared,
+                quality => super::sine_squared(l, quality, coat.normal, half.vector, n_dot_h),
             };
             let d = half.defined.select(d_ggx(l, coat.roughness, n_dot_h, sine_squared), l.zero());
             let v = visibility_kelemen(l, half.l_dot_h, it.quality.least_kelemen());

@@ -3,7 +3,7 @@
 use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
 use super::super::variation::{NormalFilter, NormalFiltering};
-use super::MetallicBase;
+use super::{MetallicBase, has_coat_normal};
 use crate::light::LightSample;
 use overcoat_core::math::lanes::Lanes;
 use overcoat_core::math::vec3::{V3, Vec3};
@@ -40,9 +40,11 @@ impl AdditiveModel for Standard {
             coat: (material.coat > 0.0).then_some(Coat {
                 mask: surface.coat,
                 perceptual_roughness: surface.coat_roughness,
-                normal: material.has_normal_maps().then_some(surface.coat_normal),
+                normal: (material.has_normal_maps() || has_coat_normal(material))
+                    .then_some(surface.coat_normal),
                 ior_change: material.options.filament.coat_ior_change,
                 roughens_base: true,
+                own_sine: material.has_flakes(),
             }),
             anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
                 strength: surface.lobes.anisotropy,

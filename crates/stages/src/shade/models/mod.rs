@@ -183,11 +183,13 @@ fn stretched<L: Lanes>(l: L, surface: &Surface<L>) -> (L::F, V3<L>, V3<L>) {
     (surface.lobes.anisotropy.abs(), tangent, bitangent)
 }
 
-/// True if coat and base have normals of their own.
+/// True if coat and base have normals of their own: flakes are tilted below a coat that is not.
 fn has_coat_normal(material: &Material) -> bool {
     material.coat_normal_texture != material.normal_texture
+        || material.has_flakes()
         || material.has_orange_peel()
         || material.has_scratches()
+        || material.has_swirl()
 }
 
 /// Film thickness of HDRP, 0 to 1, from nanometres: 1 stands for 3 micrometres.

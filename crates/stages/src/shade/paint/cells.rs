@@ -19,6 +19,13 @@ const TURN: [[f32; 3]; 3] = [
     [-0.951_095_2, 0.222_172_43, 0.214_609_83],
 ];
 
+/// A vector of the space of grids in that of the object.
+#[inline(always)]
+pub(super) fn turned_back<L: Lanes>(l: L, v: V3<L>) -> V3<L> {
+    let [x, y, z]: [V3<L>; 3] = each!(row in TURN => Vec3::splat(l, row));
+    x * v.x + y * v.y + z * v.z
+}
+
 /// Largest index of a cell that is told from its neighbours; single precision has no more.
 const FARTHEST: f32 = 8e6;
 
@@ -53,17 +60,6 @@ impl<L: Lanes> Footprint<L> {
             scaled.dot(Vec3::splat(l, row)).clamp_to(-FARTHEST, FARTHEST)
         }));
         Self { place, width: width.clamp_to(1e-6, WIDEST), area: area.at_most(WIDEST * WIDEST) }
-    }
-
-    /// The same in a grid whose cells are this many times as wide.
-    #[inline(always)]
-    pub(super) fn in_cells_of(&self, size: f32) -> Self {
-        let inverse = 1.0 / size;
-        Self {
-            place: self.place * inverse,
-            width: self.width * inverse,
-            area: self.area * (inverse * inverse),
-        }
     }
 }
 
@@ -109,45 +105,6 @@ impl<I: Int> Hash<I> {
 
 /// Kurtosis that a sum of four uniform numbers lacks to be a Gaussian's.
 const KURTOSIS: f32 = 0.3;
-
-/// A corner of the grid: its cell, and its share of the footprint.
-#[derive(Clone, Copy)]
-pub(super) struct Corner<L: Lanes> {
-    pub(super) cell: [L::I; 3],
-    pub(super) weight: L::F,
-}
-
-/// The eight cells about a place.
-#[derive(Clone, Copy)]
-pub(super) struct Corners<L: Lanes> {
-    first: [L::I; 3],
-    /// Share of the second cell along each axis.
-    share: [L::F; 3],
-}
-
-impl<L: Lanes> Corners<L> {
-    pub(super) const COUNT: usize = 8;
-
-    /// About a place in units of cells.
-    #[inline(always)]
-    pub(super) fn about(_: L, place: V3<L>) -> Self {
-        let shifted = each!(x in place.to_array() => x - 0.5);
-        let floor: [L::F; 3] = each!(x in shifted => x.floor());
-        let share = each!(k => shifted[k] - floor[k]);
-        Self { first: each!(x in floor => x.to_int()), share }
-    }
-
-    /// One of them, and its share of the footprint.
-    #[inline(always)]
-    pub(super) fn get(&self, _: L, corner: usize) -> Corner<L> {
-        let beyond: [bool; 3] = each!(axis => (corner >> axis) & 1 == 1);
-        let cell = each!(axis => self.first[axis] + i32::from(beyond[axis]));
-        let [x, y, z]: [L::F; 3] = each!(axis => {
-            if beyond[axis] { self.share[axis] } else { self.share[axis].one_minus() }
-        });
-        Corner { cell, weight: x * y * z }
-    }
-}
 
 /// A cell of one of the grids.
 #[derive(Clone, Copy)]
@@ -225,7 +182,7 @@ impl<L: Lanes> Level<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use overcoat_core::math::lanes::{LANES, Scalar, SimdLevel};
+    use overcoat_core::math::lanes::{LANES, Scalar};
 
     /// Sixteen numbers at a time of a million cells.
     fn of_cells(number: impl Fn(Hash<<Scalar as Lanes>::I>) -> [f32; LANES]) -> Vec<f64> {
@@ -258,18 +215,6 @@ mod tests {
         let together: f64 = first.iter().zip(&second).map(|(a, b)| a * b).sum::<f64>() / first.len() as f64;
         let beside: f64 = first.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / first.len() as f64;
         assert!(together.abs() < 0.012 && beside.abs() < 0.012, "{together} {beside}");
-    }
-
-    #[test]
-    fn corners_share_the_footprint() {
-        for level in SimdLevel::available() {
-            overcoat_core::dispatch!(level, l => {
-                let place = Vec3::new(l.splat(3.3), l.splat(-7.9), l.splat(0.01));
-                let corners = Corners::about(l, place);
-                let sum: f32 = (0..8).map(|k| corners.get(l, k).weight.to_array()[0]).sum();
-                assert!((sum - 1.0).abs() < 1e-6);
-            });
-        }
     }
 
     /// Footprint of this width at places that are spread over many cells.

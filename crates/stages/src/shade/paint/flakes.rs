@@ -30,12 +30,16 @@ pub(super) struct Single<L: Lanes> {
     pub(super) share: L::F,
     /// Direction in which it is tilted: a Gaussian of variance 1 in each component, in the object's space.
     pub(super) deviation: V3<L>,
+    /// Part of the alpha squared of all together that is its own, 0 to 1.
+    pub(super) part: L::F,
 }
 
 /// The flakes of sixteen footprints.
 #[derive(Clone, Copy)]
 pub(super) struct Seen<L: Lanes> {
     pub(super) single: [Single<L>; 2],
+    /// The first of them as lights without extent see it, where it is another one; else its share is 0.
+    pub(super) under_lamps: Single<L>,
     /// Share of the footprint that all others cover together, 0 to 1.
     pub(super) together: L::F,
 }
@@ -50,6 +54,9 @@ const EDGE: f32 = 0.9;
 
 /// Share of a footprint that is too little for a flake to be shaded for.
 const LEAST_SHARE: f32 = 1.0 / 1024.0;
+
+/// Least c^2 / (1 - c^2): no engine's lobes are narrower.
+const LEAST_ODDS: f32 = 1e-4;
 
 /// Largest square of a slope over `alpha^2 (1 - c^2)`, where c is 1.
 const FAR: f32 = 4.0;
@@ -67,7 +74,9 @@ pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) ->
     let weights = [(here - beyond * large.one_minus()) * sharp, beyond * large];
     let count = count(l, footprint);
     let mut together = (weights[0] + weights[1]).one_minus().at_least(0.0) * flakes.share;
-    let mut single = [Single { share: l.zero(), deviation: Vec3::zero(l) }; 2];
+    let part = l.splat(part(flakes));
+    let none = Single { share: l.zero(), deviation: Vec3::zero(l), part };
+    let (mut single, mut under_lamps) = ([none; 2], none);
     for (k, cell) in cells.into_iter().enumerate() {
         if !weights[k].gt(l.zero()).any() {
             continue;
@@ -76,16 +85,44 @@ pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) ->
         let y = hash.next();
         let z = y.next();
         let covered = present(l, flakes.share, count, z.next());
-        let alone = (covered * count).at_least(1.0).sqrt().recip();
+        let number = (covered * count).at_least(1.0);
         let share = weights[k] * covered;
-        let of_one = (share * alone - (alone.one_minus() * LEAST_SHARE)).at_least(0.0);
+        let of_one = standing_for(l, share, number.sqrt().recip());
         // Nothing where there is nothing: whether this is skipped depends on a fragment's neighbours.
         let there = of_one.gt(l.zero());
         let deviation = Vec3::new(hash.deviation(), y.deviation(), z.deviation());
-        single[k] = Single { share: of_one, deviation: Vec3::select(there, deviation, Vec3::zero(l)) };
+        let deviation = Vec3::select(there, deviation, Vec3::zero(l));
+        single[k] = Single { share: of_one, deviation, part };
+        if k == 0 {
+            under_lamps = single[0].under_lamps(l, share, number);
+        }
         together = together + (share - of_one);
     }
-    Seen { single, together: together.at_most(1.0) }
+    Seen { single, under_lamps, together: together.at_most(1.0) }
+}
+
+/// Share that one flake has of a share of the footprint, where it is `alone` of its part: none where that is next to nothing.
+#[inline(always)]
+fn standing_for<L: Lanes>(_: L, share: L::F, alone: L::F) -> L::F {
+    (share * alone - alone.one_minus() * LEAST_SHARE).at_least(0.0)
+}
+
+impl<L: Lanes> Single<L> {
+    /// The flake that stands for a `number` of them under lights without extent, if that is more than 1.
+    ///
+    /// Under such a light f is the lobe of the flake, and the few that mirror it are much brighter than the mean: one that stands for all would be
+    /// a white dot. A lobe of the part c^2 of alpha squared varies by v = (1 - c^2) / (3 c^2) (1 + h^2)^2, at a half vector of the slope h
+    /// alpha (numerically, within 25 percent for c^2 up to .5 and h up to 1.7): so the variance v / M is also that of a wider lobe of
+    /// `c'^2 / (1 - c'^2) = w^2 M c^2 / (1 - c^2)` with the weight w. That is taken whose c'^2 is no more than a half: w^2 = 1 / (1 + (M - 1) c^2 / (1 - c^2)).
+    #[inline(always)]
+    fn under_lamps(&self, l: L, share: L::F, number: L::F) -> Self {
+        let odds = (self.part / self.part.one_minus().at_least(1e-6)).at_least(LEAST_ODDS);
+        let alone2 = ((number - 1.0) * odds.at_most(1.0) + 1.0).recip();
+        let wider = alone2 * number * odds;
+        let is_one = number.le(l.splat(1.0)) | !self.share.gt(l.zero());
+        let share = is_one.select(l.zero(), standing_for(l, share, alone2.sqrt()));
+        Self { share, deviation: self.deviation, part: wider / (wider + 1.0) }
+    }
 }
 
 /// Number of flakes of which the mean varies as much as what a footprint shows, over the variance that cells keep; 1 or more.
@@ -114,20 +151,32 @@ fn count<L: Lanes>(_: L, footprint: &Footprint<L>) -> L::F {
 ///
 /// and exact at c = 0, where r^2 = alpha^2 E are the slopes of GGX.
 #[inline(always)]
-pub(super) fn slope<L: Lanes>(l: L, flakes: &Flakes, across: V3<L>) -> L::F {
+pub(super) fn slope<L: Lanes>(l: L, flakes: &Flakes, across: V3<L>, part: L::F) -> L::F {
     let [of_each, spread] = squares(flakes);
     let all = of_each + spread;
     if all <= 0.0 {
         return l.zero();
     }
-    let c2 = of_each / all;
-    let core = ((1.0 - c2.sqrt()) * 1.03).clamp(1e-6, 1.0);
+    let core = (part.sqrt().one_minus() * 1.03).clamp_to(1e-6, 1.0);
     let square = across.dot(across).clamp_to(1e-6, 18.0);
     let e = exp(l, square * 0.5) - 1.0;
-    let stretched = e * ((e + 3.0) / (e + 3.0 / core));
+    let stretched = e * ((e + 3.0) / (core.recip() * 3.0 + e));
     // Flakes that are nearly as rough as all together have none that lie far out.
-    let kept = stretched.at_most(FAR / (c2 * c2).max(1e-6));
-    (kept / square * ((1.0 - c2) * all)).sqrt()
+    let kept = stretched.min((part * part).at_least(1e-6).recip() * FAR);
+    (kept / square * (part.one_minus() * all)).at_least(0.0).sqrt()
+}
+
+/// Part of the alpha squared of all flakes together that each has, 0 to 1.
+fn part(flakes: &Flakes) -> f32 {
+    let [of_each, spread] = squares(flakes);
+    if of_each + spread <= 0.0 { 0.0 } else { of_each / (of_each + spread) }
+}
+
+/// Perceptual roughness of flakes that have a part of the alpha squared of all.
+#[inline(always)]
+pub(super) fn roughness_of_part<L: Lanes>(_: L, flakes: &Flakes, part: L::F) -> L::F {
+    let [of_each, spread] = squares(flakes);
+    (part * (of_each + spread)).saturate().sqrt().sqrt()
 }
 
 /// Perceptual roughness of all flakes together, 0 to 1.

@@ -1,8 +1,8 @@
-//! Car paint: flakes, orange peel and scratches ([`Flakes`], [`CoatSurface`](overcoat_scene::CoatSurface)), under every model.
+//! Car paint: flakes, orange peel, scratches and swirl marks ([`Flakes`], [`CoatSurface`](overcoat_scene::CoatSurface)), under every model.
 //!
 //! Surface evaluation finds what of them each fragment shows ([`store`]); shading then goes over the surfaces that make it up
-//! ([`Mix`]): the base, all flakes together, one or two flakes, and each of these under a scratched coat, by the model's own
-//! formulas, and adds them up by their shares. What there is none of is not shaded.
+//! ([`Mix`]): the base, all flakes together, one or two flakes, and each of these under a coat with a scratch or with swirl marks, by
+//! the model's own formulas, and adds them up by their shares. What there is none of is not shaded.
 
 mod cells;
 mod coat_surface;
@@ -31,17 +31,30 @@ const PAINT_IOR: f32 = 1.5;
 /// Least cosine, so that nothing is divided by 0.
 const LEAST_COSINE: f32 = 1e-3;
 
-/// Largest number of surfaces that a fragment may be a mix of: base and those of flakes, without and with scratches.
-pub(super) const SURFACES: usize = 2 * BASES;
+/// Largest number of surfaces that a fragment may be a mix of: base and those of flakes, each under each of the coats.
+pub(super) const SURFACES: usize = COATS.len() * BASES;
 const BASES: usize = 1 + COVERS;
 
-/// Surfaces of flakes: all together, and two of them.
-const COVERS: usize = 3;
+/// A part of the coat.
+#[derive(Clone, Copy, PartialEq)]
+enum Coat {
+    Whole,
+    Scratch,
+    SwirlMark,
+    /// Swirl marks of which the pixel shows none for itself.
+    Swirls,
+}
+
+const COATS: [Coat; 4] = [Coat::Whole, Coat::Scratch, Coat::SwirlMark, Coat::Swirls];
+
+/// Surfaces of flakes: all together, two of them, and one that lamps see in place of the first.
+const COVERS: usize = 4;
+const UNDER_LAMPS: usize = 3;
 
 /// True of materials that are shaded as a mix.
 #[inline(always)]
 pub(super) fn is_mixed(material: &Material) -> bool {
-    has_flakes(material) || has_scratches(material)
+    has_flakes(material) || has_scratches(material) || has_swirl(material)
 }
 
 /// True of materials with anything of paint.
@@ -61,6 +74,11 @@ fn has_scratches(material: &Material) -> bool {
 }
 
 #[inline(always)]
+fn has_swirl(material: &Material) -> bool {
+    CarPaint::IS_BUILT && material.has_swirl()
+}
+
+#[inline(always)]
 fn has_peel(material: &Material) -> bool {
     CarPaint::IS_BUILT && material.has_orange_peel()
 }
@@ -73,7 +91,8 @@ pub(super) fn surfaces(material: &Material) -> u64 {
         (true, true) => 2,
         (true, false) => 3,
     };
-    if has_scratches(material) { 2 * bases } else { bases }
+    // Marks of swirls or all together, seldom both.
+    bases * (1 + u64::from(has_scratches(material)) + u64::from(has_swirl(material)))
 }
 
 /// Positions of sixteen fragments on their objects.
@@ -118,7 +137,7 @@ impl<'a, L: Lanes> Ground<'a, L> {
     }
 }
 
-/// Finds what sixteen fragments show of flakes and scratches, into their planes, and makes waves in the coat of their surface.
+/// Finds what sixteen fragments show of flakes, scratches and swirl marks, into their planes, and makes waves in the coat of their surface.
 #[inline(always)]
 pub(super) fn store<L: Lanes>(
     l: L,
@@ -134,35 +153,47 @@ pub(super) fn store<L: Lanes>(
     }
     let ground = Ground::new(l, context, batch, place);
     if has_peel(material) {
-        let waves = coat_surface::waves(l, &ground.footprint(l, 0.5 * of_coat.peel_size));
-        let bent = surface.coat_normal + ground.along(l, waves.slope, surface.coat_normal) * of_coat.peel;
+        let waves = coat_surface::waves(l, &ground.footprint(l, of_coat.peel_size));
+        let slope = cells::turned_back(l, waves.slope);
+        let bent = surface.coat_normal + ground.along(l, slope, surface.coat_normal) * of_coat.peel;
         surface.coat_normal = face_viewer(l, normalize_or(l, bent, surface.coat_normal), surface.view);
         let lost = waves.lost * (2.0 * of_coat.peel * of_coat.peel);
         surface.coat_roughness = rougher(l, surface.coat_roughness, lost);
     }
     if has_flakes(material) {
         let seen = flakes::seen(l, flakes, &ground.footprint(l, flakes.size));
-        for (single, plane) in seen.single.iter().zip([layout::FLAKE_NORMAL, layout::NEXT_FLAKE_NORMAL]) {
+        let [first, second] = seen.single;
+        for (single, plane) in [first, second, seen.under_lamps].iter().zip(&FLAKE_NORMALS[1..]) {
             let mut normal = surface.normal;
             if single.share.gt(l.zero()).any() {
                 let across = ground.along(l, single.deviation, surface.normal);
-                let tilted = surface.normal + across * flakes::slope(l, flakes, across);
+                let tilted = surface.normal + across * flakes::slope(l, flakes, across, single.part);
                 normal = face_viewer(l, normalize_or(l, tilted, surface.normal), surface.view);
             }
-            put(planes, plane, normal.to_array());
+            put(planes, *plane, normal.to_array());
         }
-        let [first, second] = seen.single;
         put(planes, layout::FLAKE_SHARES, [seen.together, first.share, second.share]);
-        let roughness = [flakes::together(flakes), flakes.roughness];
-        put(planes, layout::FLAKE_ROUGHNESS, each!(r in roughness => l.splat(r)));
+        put(planes, layout::LAMP_FLAKE_SHARE, [seen.under_lamps.share]);
+        let [together, each] = [flakes::together(flakes), flakes.roughness].map(|r| l.splat(r));
+        let under_lamps = flakes::roughness_of_part(l, flakes, seen.under_lamps.part);
+        put(planes, layout::FLAKE_ROUGHNESS, [together, each, under_lamps]);
     }
     if has_scratches(material) {
         let found =
             coat_surface::scratches(l, of_coat.scratches, &ground.footprint(l, of_coat.scratch_length));
-        let bent = surface.coat_normal + ground.along(l, found.slope, surface.coat_normal);
+        let slope = cells::turned_back(l, found.slope);
+        let bent = surface.coat_normal + ground.along(l, slope, surface.coat_normal);
         let wall = face_viewer(l, normalize_or(l, bent, surface.coat_normal), surface.view);
         put(planes, layout::SCRATCH_SHARE, [found.share]);
         put(planes, layout::SCRATCH_NORMAL, wall.to_array());
+    }
+    if has_swirl(material) {
+        let found = coat_surface::swirls(l, of_coat.swirl, &ground.footprint(l, of_coat.swirl_size));
+        let slope = cells::turned_back(l, found.slope);
+        let bent = surface.coat_normal + ground.along(l, slope, surface.coat_normal);
+        let groove = face_viewer(l, normalize_or(l, bent, surface.coat_normal), surface.view);
+        put(planes, layout::SWIRL_SHARES, [found.line, found.haze]);
+        put(planes, layout::SWIRL_NORMAL, groove.to_array());
     }
 }
 
@@ -177,7 +208,7 @@ pub(super) fn store_filtered<L: Lanes>(
     planes: &mut SurfacePlanes,
 ) {
     if has_flakes(material) {
-        let roughness: [L::F; 2] = get(l, planes, layout::FLAKE_ROUGHNESS);
+        let roughness: [L::F; 3] = get(l, planes, layout::FLAKE_ROUGHNESS);
         put(planes, layout::FLAKE_ROUGHNESS, each!(r in roughness => filter.roughened(r, change, l.zero())));
     }
 }
@@ -190,35 +221,43 @@ fn rougher<L: Lanes>(_: L, roughness: L::F, more: L::F) -> L::F {
 
 /// Surfaces that a fragment is a mix of.
 pub(super) struct Mix<L: Lanes> {
-    /// Share of each surface of flakes; the base has the rest.
-    covered: [L::F; COVERS],
+    /// Share of each surface of flakes under lamps and under the rest of the light; the base has what is left.
+    covered: [[L::F; 2]; COVERS],
     /// Reflectance of each.
     color: [V3<L>; COVERS],
     /// Share of the coat that a scratch covers.
     scratched: L::F,
+    /// Shares of what is left that a swirl mark and many of them cover.
+    swirled: [L::F; 2],
+    has_swirl: bool,
 }
 
 /// One of the surfaces of a [`Mix`].
 pub(super) struct Part<L: Lanes> {
-    /// Its share of the fragment; shares add up to 1.
-    pub(super) share: L::F,
+    /// Its share of the fragment under lights without extent, and under all other light; both add up to 1.
+    pub(super) shares: [L::F; 2],
     /// Number of its flakes, and their reflectance.
     flakes: Option<(usize, V3<L>)>,
-    of_scratches: bool,
+    coat: Coat,
 }
 
 impl<L: Lanes> Mix<L> {
     /// Reads it.
     #[inline(always)]
     pub(super) fn new(l: L, material: &Material, planes: &SurfacePlanes) -> Self {
-        let mut mix =
-            Self { covered: [l.zero(); COVERS], color: [Vec3::zero(l); COVERS], scratched: l.zero() };
+        let mut mix = Self {
+            covered: [[l.zero(); 2]; COVERS],
+            color: [Vec3::zero(l); COVERS],
+            scratched: l.zero(),
+            swirled: [l.zero(); 2],
+            has_swirl: has_swirl(material),
+        };
         if has_flakes(material) {
             let flakes = &material.lobes.flakes;
             let view = get_vector(l, planes, layout::VIEW);
-            let shares: [L::F; COVERS] = get(l, planes, layout::FLAKE_SHARES);
+            let shares = flake_shares(l, planes);
             for k in 0..COVERS {
-                if !shares[k].gt(l.zero()).any() {
+                if !is_seen(l, shares[k]) {
                     continue;
                 }
                 let normal = flake_normal(l, planes, k);
@@ -226,12 +265,15 @@ impl<L: Lanes> Mix<L> {
                 let seen =
                     if k == 0 { mean_reflectance(l, flakes, cosine) } else { reflectance(l, flakes, cosine) };
                 let (color, opacity) = with_opacity(l, flakes, seen);
-                mix.covered[k] = shares[k] * opacity;
+                mix.covered[k] = shares[k].map(|share| share * opacity);
                 mix.color[k] = if k == 0 { color } else { among_others(l, planes, color, [normal, view]) };
             }
         }
         if has_scratches(material) {
             [mix.scratched] = get(l, planes, layout::SCRATCH_SHARE);
+        }
+        if mix.has_swirl {
+            mix.swirled = get(l, planes, layout::SWIRL_SHARES);
         }
         mix
     }
@@ -239,35 +281,65 @@ impl<L: Lanes> Mix<L> {
     /// Number `which` of the [`SURFACES`]; `None` where no lane has any of it.
     #[inline(always)]
     pub(super) fn part(&self, l: L, which: usize) -> Option<Part<L>> {
-        let (base, of_scratches) = (which % BASES, which >= BASES);
-        let (share, flakes) = match base.checked_sub(1) {
+        let (base, coat) = (which % BASES, COATS[which / BASES]);
+        let (shares, flakes) = match base.checked_sub(1) {
             Some(k) => (self.covered[k], Some((k, self.color[k]))),
             None => {
-                let [together, first, second] = self.covered;
-                ((together + first + second).one_minus().at_least(0.0), None)
+                let [together, first, second, under_lamps] = self.covered;
+                let left = each!(k => {
+                    (together[k] + first[k] + second[k] + under_lamps[k]).one_minus().at_least(0.0)
+                });
+                (left, None)
             }
         };
-        let share = share * if of_scratches { self.scratched } else { self.scratched.one_minus() };
-        share.gt(l.zero()).any().then_some(Part { share, flakes, of_scratches })
+        let scratched = if coat == Coat::Scratch { self.scratched } else { self.scratched.one_minus() };
+        let [line, haze] = self.swirled;
+        let of_coat = match (self.has_swirl, coat) {
+            (_, Coat::Scratch) | (false, Coat::Whole) => l.splat(1.0),
+            (true, Coat::Whole) => (line + haze).one_minus().at_least(0.0),
+            (true, Coat::SwirlMark) => line,
+            (true, Coat::Swirls) => haze,
+            (false, Coat::SwirlMark | Coat::Swirls) => return None,
+        };
+        let shares = each!(share in shares => share * scratched * of_coat);
+        is_seen(l, shares).then_some(Part { shares, flakes, coat })
     }
 }
 
 impl<L: Lanes> Part<L> {
+    /// True if any fragment has a share of it under lights without extent, and under other light.
+    #[inline(always)]
+    pub(super) fn is_seen(&self, l: L) -> [bool; 2] {
+        self.shares.map(|share| share.gt(l.zero()).any())
+    }
+
     /// Makes it of the surface.
     #[inline(always)]
     pub(super) fn apply(&self, l: L, planes: &SurfacePlanes, surface: &mut Surface<L>) {
         if let Some((k, color)) = self.flakes {
             as_flakes(l, surface, flake_normal(l, planes, k), color);
-            let [together, each] = get(l, planes, layout::FLAKE_ROUGHNESS);
-            if k == 0 {
-                surface.roughness = together;
-            } else {
-                (surface.roughness, surface.trapped_roughness) = (each, Some(together));
-            }
+            let [together, each, under_lamps] = get(l, planes, layout::FLAKE_ROUGHNESS);
+            (surface.roughness, surface.trapped_roughness) = match k {
+                0 => (together, None),
+                UNDER_LAMPS => (under_lamps, Some(together)),
+                _ => (each, Some(together)),
+            };
         }
-        if self.of_scratches {
-            surface.coat_normal = get_vector(l, planes, layout::SCRATCH_NORMAL);
-            surface.coat_roughness = surface.coat_roughness.at_least(coat_surface::WALL_ROUGHNESS);
+        match self.coat {
+            Coat::Whole => {}
+            Coat::Scratch => {
+                surface.coat_normal = get_vector(l, planes, layout::SCRATCH_NORMAL);
+                surface.coat_roughness = surface.coat_roughness.at_least(coat_surface::WALL_ROUGHNESS);
+            }
+            Coat::SwirlMark => {
+                surface.coat_normal = get_vector(l, planes, layout::SWIRL_NORMAL);
+                surface.coat_roughness =
+                    rougher(l, surface.coat_roughness, l.splat(coat_surface::LINE_VARIANCE));
+            }
+            Coat::Swirls => {
+                surface.coat_roughness =
+                    rougher(l, surface.coat_roughness, l.splat(coat_surface::HAZE_VARIANCE));
+            }
         }
     }
 }
@@ -275,7 +347,32 @@ impl<L: Lanes> Part<L> {
 /// Unit normal of one of the surfaces of flakes: of all together that of the base.
 #[inline(always)]
 fn flake_normal<L: Lanes>(l: L, planes: &SurfacePlanes, k: usize) -> V3<L> {
-    get_vector(l, planes, [layout::NORMAL, layout::FLAKE_NORMAL, layout::NEXT_FLAKE_NORMAL][k])
+    get_vector(l, planes, FLAKE_NORMALS[k])
+}
+
+/// Normals of the surfaces of flakes.
+const FLAKE_NORMALS: [layout::Plane; COVERS] =
+    [layout::NORMAL, layout::FLAKE_NORMAL, layout::NEXT_FLAKE_NORMAL, layout::LAMP_FLAKE_NORMAL];
+
+/// True if any lane has a share of a surface.
+#[inline(always)]
+fn is_seen<L: Lanes>(l: L, [lamps, rest]: [L::F; 2]) -> bool {
+    lamps.max(rest).gt(l.zero()).any()
+}
+
+/// Shares of the surfaces of flakes under lights without extent and under all other light, as if all flakes were opaque.
+#[inline(always)]
+fn flake_shares<L: Lanes>(l: L, planes: &SurfacePlanes) -> [[L::F; 2]; COVERS] {
+    let [together, first, second]: [L::F; 3] = get(l, planes, layout::FLAKE_SHARES);
+    let [under_lamps] = get(l, planes, layout::LAMP_FLAKE_SHARE);
+    let same = under_lamps.le(l.zero());
+    let under_rest = (together + first - under_lamps).at_least(0.0);
+    [
+        [same.select(together, under_rest), together],
+        [same.select(first, l.zero()), first],
+        [second, second],
+        [under_lamps, l.zero()],
+    ]
 }
 
 /// Metal of a colour in place of the base, without what the base alone has.
@@ -341,7 +438,7 @@ fn mean_reflectance<L: Lanes>(l: L, flakes: &Flakes, cosine: L::F) -> V3<L> {
 #[inline(always)]
 fn among_others<L: Lanes>(l: L, planes: &SurfacePlanes, color: V3<L>, [normal, view]: [V3<L>; 2]) -> V3<L> {
     let base = get_vector(l, planes, layout::NORMAL);
-    let [roughness, _] = get(l, planes, layout::FLAKE_ROUGHNESS);
+    let [roughness, _, _] = get(l, planes, layout::FLAKE_ROUGHNESS);
     let n_dot_v = base.dot(view).clamp_to(LEAST_COSINE, 1.0);
     let v_dot_h = normal.dot(view).at_least(0.0);
     let n_dot_h = base.dot(normal).at_least(LEAST_COSINE);

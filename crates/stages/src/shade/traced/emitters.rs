@@ -207,11 +207,15 @@ impl TracedLight<'_> {
             if blocked {
                 continue;
             }
+            let tint = match self.clear.hierarchy.is_empty() {
+                true => [1.0; 3],
+                false => self.through(l, context, &ray, scratch).tint,
+            };
             // No triangle fills more than the half of space.
             let (near, most) = (own / square, TAU / emitter.area);
             let part = cosine * if near < most { near } else { most };
-            for (sum, color) in sum.iter_mut().zip(emitter.color) {
-                *sum += color * part;
+            for k in 0..3 {
+                sum[k] += emitter.color[k] * (part * tint[k]);
             }
         }
         sum.map(|sum| sum * (self.emitters.power * FRAC_1_PI / count as f32))

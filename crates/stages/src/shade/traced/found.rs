@@ -47,21 +47,14 @@ impl Found {
         sums[8] += 1.0;
     }
 
-    /// Adds a ray that has hit something.
+    /// Adds the light that a ray has hit, of a weight, and what of this counts as hit: nothing where the ray has gone on.
     #[inline(always)]
-    pub(super) fn add_hit(&mut self, lobe: TracedLobe, weight: f32, radiance: [f32; 3]) {
+    pub(super) fn add_hit(&mut self, lobe: TracedLobe, (weight, hit): (f32, f32), radiance: [f32; 3]) {
         let sums = &mut self.lobes[lobe as usize];
         for k in 0..3 {
             sums[k] += radiance[k] * weight;
         }
-        sums[3] += weight;
-    }
-
-    /// True if a lobe has sent rays.
-    #[inline(always)]
-    #[must_use]
-    pub fn has_sent(&self, lobe: TracedLobe) -> bool {
-        self.lobes[lobe as usize][4] > 0.0
+        sums[3] += hit;
     }
 
     /// True if lamps were looked for.
@@ -99,11 +92,11 @@ impl Found {
         &mut self.lobes[TracedLobe::Diffuse as usize][OF_LAMPS]
     }
 
-    /// Adds what the rays of the same lobe of another fragment have found.
+    /// Adds a share of what the rays of the same lobe of another fragment have found.
     #[inline(always)]
-    pub fn add(&mut self, lobe: TracedLobe, other: &Self) {
+    pub fn add(&mut self, lobe: TracedLobe, other: &Self, share: f32) {
         for (sum, more) in self.lobes[lobe as usize].iter_mut().zip(&other.lobes[lobe as usize]) {
-            *sum += more;
+            *sum += share * more;
         }
     }
 

@@ -1,11 +1,16 @@
 //! Hits of rays, and the light that they send back.
 
-use super::{Emitters, Found, TraceScratch, TracedLight, TracedLobe, each_of};
+use super::clear::place_in;
+use super::{Emitters, Found, TraceScratch, TracedDraw, TracedLight, TracedLobe, each_of};
+use crate::bvh::Hit;
 use crate::gbuffer::Batch;
+use crate::gbuffer::layout;
+use crate::shade::record::put;
 use crate::shade::surface::{SeenFrom, SurfacePlace, SurfaceReading, store_face};
-use crate::shade::{ShadeContext, shade, store_lit, store_surface};
+use crate::shade::{ShadeContext, pass_through, shade, store_lit, store_surface, store_transmission};
 use overcoat_core::math::lanes::{LANES, Lanes};
 use overcoat_core::math::vec3::Vec3;
+use overcoat_scene::AlphaMode;
 
 /// A ray that hits something.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +21,11 @@ pub(super) struct RayHit {
     /// Part of the maps that it is lit by.
     pub(super) part: u8,
     pub(super) weight: f32,
+    /// Transmittance of what lies before it.
+    pub(super) tint: [f32; 3],
     pub(super) direction: [f32; 3],
+    /// It is a clear surface, behind which the ray goes on.
+    pub(super) is_clear: bool,
     pub(super) triangle: u32,
     pub(super) material: u32,
     pub(super) barycentrics: [f32; 2],
@@ -25,11 +34,25 @@ pub(super) struct RayHit {
     pub(super) spread: f32,
 }
 
+impl RayHit {
+    /// The same ray where it hits a triangle of a draw.
+    pub(super) fn at(self, context: &ShadeContext<'_>, (of, _): (&TracedDraw, u32), met: &Hit) -> Self {
+        Self {
+            triangle: met.triangle,
+            material: context.draws[of.draw as usize].material,
+            barycentrics: met.barycentrics,
+            distance: met.distance,
+            ..self
+        }
+    }
+}
+
 /// All parts of the maps.
 const ALL: u8 = u8::MAX;
 
-/// Directions of a part, at least.
-const DIRECTIONS: usize = 32;
+/// Directions of a part, at least. Shares of light by few directions are too large: with 16, the inside of a pierced shell gets 1.5 percent
+/// too much. Shading a hit takes little longer with more of them.
+const DIRECTIONS: usize = 40;
 
 impl TracedLight<'_> {
     /// Number of parts that the maps are divided into: each enough for the rough idea that wide lobes want of the light
@@ -38,7 +61,8 @@ impl TracedLight<'_> {
         (self.occlusion.lights.len() / DIRECTIONS).clamp(1, usize::from(ALL))
     }
 
-    /// The directions that a ray's hit is lit by: each of a wide lobe's by some, those of a narrow one by all.
+    /// The directions that a ray's hit is lit by, the ray of this number of a block of pixels: each of a wide lobe's by some, and
+    /// of one that shows little, others by all.
     #[inline(always)]
     pub(super) fn part_of(&self, is_wide: bool, [x, y]: [u32; 2], number: usize) -> u8 {
         if is_wide { ((x + 2 * y + number as u32) % self.parts() as u32) as u8 } else { ALL }
@@ -82,13 +106,28 @@ impl TracedLight<'_> {
             let mut surface = SurfacePlace::none(l);
             surface.find_hits(l, context, reading, batch, place);
             store_surface(l, context, reading, batch, &mut surface, planes);
+            let lets_through = material.transmits() || material.alpha_mode == AlphaMode::Blend;
+            if lets_through {
+                store_transmission(l, context, material, batch, &surface, planes);
+                if matches!(material.alpha_mode, AlphaMode::Mask { .. }) {
+                    // Rays pass where the mask is open: a hit is there. The batch has no place on the screen to look it up.
+                    put(planes, layout::PRESENCE, [l.splat(1.0)]);
+                }
+                // The ray itself finds the surfaces behind.
+                put(planes, layout::BACKDROP_COLOR, [l.zero(); 3]);
+                put(planes, layout::BACKDROP_OPACITY, [l.splat(1.0); 3]);
+            }
             if !material.unlit {
                 store_face(l, context, batch, &surface, planes);
                 store_lit(l, context, material, batch, &surface, planes);
                 let directions = if part == ALL { (0, 1) } else { (usize::from(part), self.parts()) };
                 self.occlusion.fill_by(l, context, material, planes, directions);
             }
-            let radiance = shade(l, context, model, material, planes).to_arrays();
+            let mut radiance = shade(l, context, model, material, planes);
+            if lets_through {
+                radiance = pass_through(l, context, material, planes, radiance).radiance;
+            }
+            let radiance = radiance.to_arrays();
             for (lane, k) in sixteen.iter().enumerate() {
                 found_radiance[*k as usize] = each_of(&radiance, lane);
             }
@@ -101,7 +140,11 @@ impl TracedLight<'_> {
             if self.emitters.has(hit.material) && (is_diffuse || hit.part != ALL) {
                 radiance = Emitters::without_own(radiance, material, is_diffuse);
             }
-            found[hit.sender as usize].add_hit(hit.lobe, hit.weight, radiance);
+            for (radiance, tint) in radiance.iter_mut().zip(hit.tint) {
+                *radiance *= tint;
+            }
+            let weight = if hit.is_clear { 0.0 } else { hit.weight };
+            found[hit.sender as usize].add_hit(hit.lobe, (hit.weight, weight), radiance);
         }
         hits.clear();
     }
@@ -123,10 +166,14 @@ impl TracedLight<'_> {
         let (mut position, mut view, mut distance) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [0.0; LANES]);
         for lane in 0..LANES {
             let hit = &hits[numbers[lane.min(numbers.len() - 1)] as usize];
-            let (place, triangle) = self.place(hit.triangle);
+            let draws = if hit.is_clear { self.clear.draws } else { self.draws };
+            let (place, triangle) = place_in(draws, hit.triangle);
             let of = &context.draws[place.draw as usize];
             vertices[lane] = (of.mesh.triangles()[triangle as usize], place.draw);
-            let [a, b, c] = self.corners(context, (place, triangle));
+            let [a, b, c] = match hit.is_clear {
+                true => self.clear.corners[(place.listed + triangle) as usize],
+                false => self.corners(context, (place, triangle)),
+            };
             let [v, w] = hit.barycentrics;
             let (mut edges, mut lengths) = ([[0.0; 3]; 2], [0.0_f32; 2]);
             for k in 0..3 {

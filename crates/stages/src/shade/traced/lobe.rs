@@ -6,6 +6,24 @@ use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::V3;
 use overcoat_scene::{Material, Workflow};
 
+/// Alpha from which on reflections of neighbours are taken together, and the span of alpha over which that becomes complete.
+pub const TAKEN: [f32; 2] = [0.02, 0.06];
+
+/// Share of what neighbours find that a reflection of this alpha takes: 0 of a narrow one, 1 of a wide one.
+#[inline(always)]
+#[must_use]
+pub fn taken_share(alpha: f32) -> f32 {
+    let share = (alpha - TAKEN[0]) * (1.0 / TAKEN[1]);
+    let share = if share < 1.0 { share } else { 1.0 };
+    if share > 0.0 { share } else { 0.0 }
+}
+
+/// Reflections that take all, as [`taken_share`] says.
+#[inline(always)]
+pub(super) fn takes_all<L: Lanes>(l: L, alpha: L::F) -> L::M {
+    ((alpha - TAKEN[0]) * (1.0 / TAKEN[1])).ge(l.splat(1.0))
+}
+
 /// The lobes that send rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TracedLobe {
@@ -63,7 +81,7 @@ impl TracedLobe {
     }
 
     /// Number of rays that it sends, of `most`: none where the maps find nothing in the way or it shows nothing, few
-    /// into narrow ones and those that show little.
+    /// into narrow ones and those that show little. Beside it whether it shows little.
     #[inline(always)]
     pub(super) fn wanted<L: Lanes>(
         self,
@@ -72,7 +90,7 @@ impl TracedLobe {
         material: &Material,
         alpha: L::F,
         planes: &SurfacePlanes,
-    ) -> L::F {
+    ) -> (L::F, L::M) {
         let one = l.splat(1.0);
         let mut open = self.sky(l, planes).ge(one);
         let mut narrow = one;
@@ -83,7 +101,7 @@ impl TracedLobe {
         let shown = weight_in_picture(l, self, material, planes);
         let gain = if self == Self::Diffuse { ALL_RAYS[0] } else { ALL_RAYS[1] };
         let wanted = narrow * (shown * gain).saturate() * (most - 1.0) + 1.0;
-        (open | shown.lt(l.splat(LEAST_SHOWN))).select(l.zero(), wanted)
+        ((open | shown.lt(l.splat(LEAST_SHOWN))).select(l.zero(), wanted), shown.lt(l.splat(DIM)))
     }
 }
 
@@ -96,6 +114,9 @@ pub(super) const NARROW: f32 = 0.2;
 /// Inverse of the share that lobes show from which on they send all their rays: of diffuse ones, and of reflections, whose light
 /// is less even.
 const ALL_RAYS: [f32; 2] = [2.0, 8.0];
+
+/// Hits of lobes that show less of the light are lit by a part of the maps, even if the lobe is narrow.
+const DIM: f32 = 0.15;
 
 /// Lobes that show less of the light send no rays.
 const LEAST_SHOWN: f32 = 0.01;

@@ -6,14 +6,16 @@
 //! reach it (`hits.rs`). What rays have found is kept as sums ([`Found`]), so that those of neighbours can be added before
 //! shading reads what they come to.
 
+mod clear;
 mod emitters;
 mod found;
 mod hits;
 mod lobe;
 
+pub use clear::ClearSurfaces;
 pub use emitters::Emitters;
 pub use found::Found;
-pub use lobe::TracedLobe;
+pub use lobe::{TAKEN, TracedLobe, taken_share};
 
 use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
 use super::occlusion::LightOcclusion;
@@ -23,9 +25,10 @@ use super::{ShadeContext, ShadingCost};
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
+use clear::{Through, place_in};
 use emitters::{LitPlace, cross};
 use hits::RayHit;
-use lobe::NARROW;
+use lobe::{NARROW, takes_all};
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
 use overcoat_core::math::triple::dot;
 use overcoat_core::math::vec3::Vec3;
@@ -40,6 +43,8 @@ pub struct TracedLight<'a> {
     pub corners: &'a [[[f32; 3]; 3]],
     /// The draws that have triangles among them.
     pub draws: &'a [TracedDraw],
+    /// Clear surfaces, which rays pass.
+    pub clear: ClearSurfaces<'a>,
     /// The rays of a lobe.
     pub samples: &'a LobeSamples,
     /// Length below which distances mean nothing.
@@ -70,6 +75,10 @@ pub struct Senders<'a> {
     pub places: &'a [u32],
     /// Their pixels in the picture.
     pub pixels: &'a [[u32; 2]; LANES],
+    /// Mask of those that send the rays of lobes that are wide enough to be [taken](taken_share) whole from neighbours.
+    pub wide: u16,
+    /// Mask of those that send the rays of all other lobes, and look for lamps.
+    pub narrow: u16,
 }
 
 /// Memory of one thread.
@@ -122,13 +131,15 @@ impl TracedLight<'_> {
     ) {
         let mut found = [Found::default(); LANES];
         let places: [u32; LANES] = std::array::from_fn(|k| k as u32);
-        let senders = Senders { places: &places[..len.min(LANES)], pixels };
+        let places = &places[..len.min(LANES)];
+        let senders = Senders { places, pixels, wide: u16::MAX, narrow: u16::MAX };
         self.send(l, context, material, &senders, planes, (&mut *scratch, &mut found));
         self.shade_hits(l, context, scratch, &mut found);
         Found::store(l, material, &found, planes);
     }
 
     /// Sends the rays of up to sixteen fragments of a material, whose surface is in `planes`. What they hit waits to be shaded.
+    /// Returns for each lobe the mask of fragments that want rays, whether these are sent or not.
     #[inline(never)]
     pub fn send<L: Lanes>(
         &self,
@@ -138,13 +149,15 @@ impl TracedLight<'_> {
         senders: &Senders<'_>,
         planes: &SurfacePlanes,
         (scratch, found): (&mut TraceScratch, &mut [Found]),
-    ) {
+    ) -> [u16; TracedLobe::COUNT] {
+        let mut wanted = [0; TracedLobe::COUNT];
         for &lobe in TracedLobe::of(material) {
-            l.run(
+            wanted[lobe as usize] = l.run(
                 #[inline(always)]
                 || self.send_of(l, context, (lobe, material), senders, planes, (&mut *scratch, &mut *found)),
             );
         }
+        wanted
     }
 
     /// Angle between neighbouring rays of a lobe: about the square root of the part of it that each stands for.
@@ -158,7 +171,7 @@ impl TracedLight<'_> {
         ((roughness.squared() + 0.002) * each).to_array()
     }
 
-    /// Sends the rays of one lobe.
+    /// Sends the rays of one lobe. Returns the mask of fragments that want some.
     #[inline(always)]
     fn send_of<L: Lanes>(
         &self,
@@ -168,17 +181,21 @@ impl TracedLight<'_> {
         senders: &Senders<'_>,
         planes: &SurfacePlanes,
         (scratch, found): (&mut TraceScratch, &mut [Found]),
-    ) {
+    ) -> u16 {
         let face = get_vector(l, planes, layout::FACE_NORMAL);
         let view = get_vector(l, planes, layout::VIEW);
         let [normal, roughness] = lobe.shape();
         let (normal, [roughness]) = (get_vector(l, planes, normal), get(l, planes, roughness));
         let alpha = roughness.squared().at_least(1e-4);
-        let wanted = lobe.wanted(l, self.samples.len() as f32, material, alpha, planes);
-        let looks_for_lamps = lobe == TracedLobe::Diffuse && !self.emitters.is_empty();
-        if !wanted.gt(l.zero()).any() && !looks_for_lamps {
-            return;
+        let (wanted, is_dim) = lobe.wanted(l, self.samples.len() as f32, material, alpha, planes);
+        let looks_for_lamps = lobe == TracedLobe::Diffuse && !self.emitters.is_empty() && senders.narrow != 0;
+        let want = wanted.gt(l.zero()).bits();
+        let wide = if lobe == TracedLobe::Diffuse { u16::MAX } else { takes_all(l, alpha).bits() };
+        let send = want & (wide & senders.wide | !wide & senders.narrow);
+        if send == 0 && !looks_for_lamps {
+            return want;
         }
+        let wanted = l.mask(send).select(wanted, l.zero());
         let [tangent, bitangent] = normal.any_basis(l);
         let frame = [tangent, bitangent, normal];
         let position = get_vector(l, planes, layout::FACE_POSITION);
@@ -194,8 +211,10 @@ impl TracedLight<'_> {
         }
         let spread = self.spread(l, lobe, planes);
         let is_wide = if lobe == TracedLobe::Diffuse { l.mask(u16::MAX) } else { alpha.gt(l.splat(NARROW)) };
-        let wide = is_wide.select(l.splat(1.0), l.zero()).to_array();
-        let turns = self.samples.turns(l, senders.pixels, lobe as u32);
+        let (is_lit_by_part, is_wide) = ((is_wide | is_dim).bits(), is_wide.bits());
+        let turns = self.samples.turns(l, senders.pixels, lobe as u32, wide);
+        let size = self.samples.block();
+        let blocks = senders.pixels.map(|pixel| pixel.map(|v| v / size));
         // What one of the rays stands for is as rough as its part of the lobe.
         let part = roughness * if self.samples.len() < 8 { 0.7 } else { 0.5 };
         let (mut sent_weight, mut all, mut open) = (l.zero(), Vec3::zero(l), Vec3::zero(l));
@@ -214,6 +233,7 @@ impl TracedLight<'_> {
             let towards = towards - face * (height * 2.0).at_most(0.0);
             let weight = sent.select(weight, l.zero());
             let mut hit = 0_u16;
+            let mut tints = [[1.0; LANES]; 3];
             let (directions, weights) = (towards.to_arrays(), weight.to_array());
             for (lane, &sender) in senders.places.iter().enumerate().take(LANES) {
                 if weights[lane] <= 0.0 {
@@ -222,40 +242,54 @@ impl TracedLight<'_> {
                 let along = |planes: &[[f32; LANES]; 3]| [planes[0][lane], planes[1][lane], planes[2][lane]];
                 let (origin, direction) = (along(&start), along(&directions));
                 let ray = Ray { origin, direction, near: 0.0, far: f32::INFINITY };
-                let TraceScratch { traversal, batch, hits, .. } = scratch;
-                if let Some(met) = self.nearest(l, context, &ray, traversal, batch) {
+                let TraceScratch { traversal, batch, .. } = &mut *scratch;
+                let met = self.nearest(l, context, &ray, traversal, batch);
+                let end = met.map_or(ray.far, |met| met.distance);
+                let through = match self.clear.hierarchy.is_empty() {
+                    true => Through::OPEN,
+                    false => self.through(l, context, &Ray { far: end, ..ray }, scratch),
+                };
+                let sent = RayHit {
+                    sender,
+                    lobe,
+                    part: self.part_of(is_lit_by_part >> lane & 1 == 1, blocks[lane], number),
+                    weight: weights[lane],
+                    tint: through.tint,
+                    direction,
+                    is_clear: false,
+                    triangle: 0,
+                    material: 0,
+                    barycentrics: [0.0; 2],
+                    distance: 0.0,
+                    spread: spread[lane],
+                };
+                // Reflections in glass are too weak in wide lobes to be worth the noise.
+                if is_wide >> lane & 1 == 0 {
+                    for &(met, tint) in through.seen.iter().flatten() {
+                        let sent = RayHit { tint, is_clear: true, ..sent };
+                        scratch.hits.push(sent.at(context, place_in(self.clear.draws, met.triangle), &met));
+                    }
+                }
+                if let Some(met) = met {
                     hit |= 1 << lane;
-                    let (of, _) = self.place(met.triangle);
-                    hits.push(RayHit {
-                        sender,
-                        lobe,
-                        part: self.part_of(wide[lane] > 0.0, senders.pixels[lane], number),
-                        weight: weights[lane],
-                        direction,
-                        triangle: met.triangle,
-                        material: context.draws[of.draw as usize].material,
-                        barycentrics: met.barycentrics,
-                        distance: met.distance,
-                        spread: spread[lane],
-                    });
+                    scratch.hits.push(sent.at(context, place_in(self.draws, met.triangle), &met));
+                } else {
+                    (0..3).for_each(|k| tints[k][lane] = through.tint[k]);
                 }
             }
             sent_weight = sent_weight + weight;
             if lobe != TracedLobe::Diffuse {
+                let tint = Vec3::new(l.load(&tints[0]), l.load(&tints[1]), l.load(&tints[2]));
                 let light = context.environment.radiance(l, towards, part) * weight;
                 all += light;
-                open += Vec3::select(l.mask(hit), Vec3::zero(l), light);
+                open += Vec3::select(l.mask(hit), Vec3::zero(l), light * tint);
             }
-        }
-        if lobe != TracedLobe::Diffuse
-            && let Some(tint) = self.occlusion.tint_of_lobe(l, lobe.shape(), planes)
-        {
-            open *= tint;
         }
         let (weights, all, open) = (sent_weight.to_array(), all.to_arrays(), open.to_arrays());
         for (lane, &sender) in senders.places.iter().enumerate().take(LANES) {
             found[sender as usize].add_sent(lobe, weights[lane], each_of(&all, lane), each_of(&open, lane));
         }
+        want
     }
 
     /// The nearest triangle that a ray hits.
@@ -281,7 +315,7 @@ impl TracedLight<'_> {
         (hit, along): (&Hit, [f32; 3]),
         batch: &mut Batch,
     ) -> bool {
-        let (place, triangle) = self.place(hit.triangle);
+        let (place, triangle) = place_in(self.draws, hit.triangle);
         let of = &context.draws[place.draw as usize];
         let material = &context.materials[of.material as usize];
         if !material.double_sided {
@@ -294,13 +328,6 @@ impl TracedLight<'_> {
         batch.of_hits(&[(of.mesh.triangles()[triangle as usize], place.draw)], 0);
         let weights = hit.barycentrics.map(|b| l.splat(b));
         hit_opacity(l, context, material, batch, weights).to_array()[0] >= cutoff
-    }
-
-    /// The draw of a triangle, and the triangle's number in it.
-    fn place(&self, triangle: u32) -> (&TracedDraw, u32) {
-        let after = self.draws.partition_point(|of| of.first <= triangle);
-        let of = &self.draws[after.saturating_sub(1)];
-        (of, triangle - of.first)
     }
 
     /// The corners of a triangle of a draw, in world space.

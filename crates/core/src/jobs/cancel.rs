@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Stops pictures that are being drawn, from whatever thread: `Renderer::cancel_by`. Copies are of one
 /// and the same; each picture that is to be stopped on its own has one of its own.
 ///
-/// A picture that is stopped ends with `RenderError::Cancelled`: before the next sixteen fragments
-/// that each thread would shade, or, while depth maps are made and environments filtered, when that is done.
+/// A picture that is stopped ends with `RenderError::Cancelled`: before the next sixteen fragments that each thread would
+/// shade, the next of a depth map's runs of triangles, of an environment's texels, of the floor's rows. Unfinished maps are not kept.
 #[derive(Clone, Debug, Default)]
 pub struct Cancellation(Arc<AtomicBool>);
 
