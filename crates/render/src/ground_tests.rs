@@ -119,6 +119,43 @@ fn a_plate_hides_its_part_of_the_sky() {
     }
 }
 
+/// The shadow of a ball in the sun is an ellipse, and its outline far from the middle of the floor is as smooth as near it.
+#[test]
+fn shadows_of_lamps_have_smooth_outlines() {
+    const SIDE: u32 = 512;
+    let mut scene = ball();
+    scene.set_environment(Environment::default().with(|e| e.source = EnvironmentSource::None)).unwrap();
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    scene.add_light(overcoat_scene::Light::directional([half, -half, 0.0], 1.0)).unwrap();
+    for ground in [Ground::Shadow, Ground::Color([255; 3])] {
+        let asked = RenderOptions::draft(SIDE, SIDE).with_samples(1).with_ground(ground);
+        let found = draw(&scene, &from_above(25.0), &asked);
+        let pixel = 8.0 / SIDE as f32;
+        let middle = |k: u32| (k as f32 + 0.5) * pixel - 4.0;
+        for y in 0..SIDE {
+            let v = middle(y);
+            if v.abs() > 0.8 {
+                continue;
+            }
+            // The ball touches the floor at 0: from its middle at a height of 1 the sun's ray arrives at 1.
+            let expected = 1.0 + ((1.0 - v * v) * 2.0).sqrt();
+            let dark = (0..SIDE).filter(|x| middle(*x) > 1.0).map(|x| {
+                let there = fade((middle(x) * middle(x) + v * v).sqrt(), 3.0_f32.sqrt());
+                let seen = found.frame.pixels[(y * SIDE + x) as usize];
+                let dark = if ground == Ground::Shadow { seen[3] } else { 1.0 - seen[0] / lit(half) / there };
+                if there > 0.05 { dark / if ground == Ground::Shadow { there } else { 1.0 } } else { 0.0 }
+            });
+            let edge = 1.0 + dark.sum::<f32>() * pixel;
+            assert!((edge - expected).abs() < 1.5 * pixel, "{ground:?} {v}: {edge} is not {expected}");
+        }
+    }
+}
+
+/// Radiance of a white floor under light of 1 lux that falls in at such a cosine.
+fn lit(cosine: f32) -> f32 {
+    cosine * std::f32::consts::FRAC_1_PI
+}
+
 #[test]
 fn a_floor_of_a_colour_is_lit_and_fades() {
     let found = draw(&ball(), &from_above(25.0), &options(Ground::Color([188, 255, 0])));

@@ -125,7 +125,7 @@ impl FrameMemory {
             costs,
             reach: &lights.reach,
             show_environment,
-            ground: GroundView::new(ground, options, view, mirror),
+            ground: GroundView::new(ground, lights, options, view, mirror),
             relief: request.relief,
             tints: !show_environment && geometry.states.iter().any(|state| state.transmissive),
             merge: merge_cosine(options.merge_angle),

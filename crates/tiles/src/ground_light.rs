@@ -1,6 +1,7 @@
 //! Light that reaches the floor: a picture of it from above, found once for a scene.
 
 use super::ground::{Ground, footing_of};
+use super::ground_lamps::GroundLamps;
 use super::lamps::LightMemory;
 use super::occlusion::asked_for;
 use super::options::RenderOptions;
@@ -46,8 +47,9 @@ pub struct GroundLight {
     below: Option<(Revision, Option<Footing>)>,
     /// Texels along a side.
     size: usize,
-    /// Bits of floats, row by row, in each row one colour after the other: irradiance over pi; or one number, what part of its
-    /// luminance does not arrive.
+    /// Bits of floats, row by row, in each row one plane after the other: irradiance over pi in three colours; or one number, the
+    /// part of its luminance that does not arrive; or, where pixels add lamps to it ([`GroundLamps`]), the luminance that
+    /// arrives and the one that would.
     texels: Vec<u32>,
 }
 
@@ -58,6 +60,8 @@ struct Known {
     /// Number of the maps.
     maps: u64,
     planes: usize,
+    /// Lamps are left to the pixels.
+    lamps_apart: bool,
     /// Number of times that the lights had changed.
     lights: u64,
 }
@@ -75,10 +79,16 @@ impl GroundLight {
         if !built::Shadows::IS_BUILT {
             return;
         }
-        let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
+        let lamps_apart = GroundLamps::shadows(lights).is_some();
+        let planes = match (options.ground, lamps_apart) {
+            (Ground::Shadow, false) => 1,
+            (Ground::Shadow, true) => 2,
+            _ => 3,
+        };
         let found = occlusion.and_then(|maps| Some((maps, self.place_of(scene, options)?)));
+        let changes = lights.changes();
         let known =
-            found.map(|((_, maps), footing)| Known { footing, maps, planes, lights: lights.changes() });
+            found.map(|((_, maps), footing)| Known { footing, maps, planes, lamps_apart, lights: changes });
         let is_known = std::mem::replace(&mut self.known, known) == known;
         let Some(((occlusion, _), footing)) = found.filter(|_| !is_known) else { return };
         self.size = size_of_picture(&asked_for(options));
@@ -91,7 +101,8 @@ impl GroundLight {
             size: self.size,
             irradiance: each!(c in above => c[0]),
             lights: Some(lights),
-            ..Shadows::new(&occlusion, footing, planes == 1, pool.jobs)
+            lamps_apart,
+            ..Shadows::new(&occlusion, footing, planes, pool.jobs)
         };
         shadows.find_tint(pool, level);
         self.texels.clear();
@@ -124,6 +135,11 @@ impl GroundLight {
     /// Place of the floor, if there is one.
     pub fn footing(&self) -> Option<&Footing> {
         self.known.as_ref().map(|known| &known.footing)
+    }
+
+    /// True if pixels add lamps to it.
+    pub fn has_lamps_apart(&self) -> bool {
+        self.known.is_some_and(|known| known.lamps_apart)
     }
 
     /// All that is known of it; nothing without a floor.
@@ -213,11 +229,14 @@ struct Shadows<'a> {
     /// Height and radius of the model.
     height: f32,
     radius: f32,
-    luminance_alone: bool,
+    /// Planes of the picture.
+    planes: usize,
     /// Irradiance of the environment, over pi.
     irradiance: [f32; 3],
     /// The other lights.
     lights: Option<&'a LightMemory>,
+    /// Lights without extent are not in the picture.
+    lamps_apart: bool,
     /// Texels along a side of the picture.
     size: usize,
     /// Mean transmittance of the surfaces that tint what arrives of the environment, as bits of floats on a picture of half as
@@ -227,7 +246,7 @@ struct Shadows<'a> {
 }
 
 impl<'a> Shadows<'a> {
-    fn new(occlusion: &'a LightOcclusion<'a>, footing: Footing, luminance_alone: bool, jobs: &Jobs) -> Self {
+    fn new(occlusion: &'a LightOcclusion<'a>, footing: Footing, planes: usize, jobs: &Jobs) -> Self {
         let lamp = |(number, light): (usize, &DistantLight)| {
             let cosine = light.direction[1];
             // The angle of a cap of that size, if it is small.
@@ -247,9 +266,10 @@ impl<'a> Shadows<'a> {
             reach: GroundLight::reach(&footing) as f32,
             height: footing.height as f32,
             radius: footing.radius as f32,
-            luminance_alone,
+            planes,
             irradiance: [0.0; 3],
             lights: None,
+            lamps_apart: false,
             size: 0,
             tint: Vec::new(),
         }
@@ -307,11 +327,16 @@ impl<'a> Shadows<'a> {
                 let texels = &mut out[plane * self.size + first..][..LANES];
                 texels.iter_mut().zip(values.to_array()).for_each(|(to, value)| *to = value.to_bits());
             };
-            if self.luminance_alone {
+            if self.planes < 3 {
                 let of = |rgb: [L::F; 3]| (rgb[0] + rgb[1]) + rgb[2];
                 let arriving = of(each!(c => (arriving[c] + open[c]) * LUMINANCE[c]));
                 let all = of(each!(c => (all[c] + self.sum[c]) * LUMINANCE[c]));
-                put(0, share(l, arriving, all).one_minus());
+                if self.planes == 1 {
+                    put(0, share(l, arriving, all).one_minus());
+                } else {
+                    put(0, arriving);
+                    put(1, all);
+                }
             } else {
                 for c in 0..3 {
                     let sky = share(l, arriving[c], l.splat(self.sum[c])) * self.irradiance[c];
@@ -335,7 +360,8 @@ impl<'a> Shadows<'a> {
             pixel: l.splat(texel),
             two_sided: false,
         };
-        shadows.irradiance_of_all(l, &lights.punctual, &lights.areas, &receiver).map(Vec3::to_array)
+        let lamps = if self.lamps_apart { &[][..] } else { &lights.punctual };
+        shadows.irradiance_of_all(l, lamps, &lights.areas, &receiver).map(Vec3::to_array)
     }
 
     /// Irradiance of the environment that arrives at places on the floor, without tint.
@@ -432,7 +458,7 @@ fn size_of_picture(asked: &Visibility) -> usize {
 
 /// `part / all`, 0 to 1; 1 of nothing.
 #[inline(always)]
-fn share<L: Lanes>(l: L, part: L::F, all: L::F) -> L::F {
+pub fn share<L: Lanes>(l: L, part: L::F, all: L::F) -> L::F {
     let some = all.gt(l.zero());
     let one = l.splat(1.0);
     (some.select(part, one) / some.select(all, one)).saturate()

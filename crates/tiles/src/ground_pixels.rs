@@ -1,7 +1,9 @@
 //! The floor in the pixels of a tile: behind the surfaces, and before what is behind the picture.
 
 use super::ground::Ground;
-use super::ground_light::{GroundLight, smooth};
+use super::ground_lamps::GroundLamps;
+use super::ground_light::{GroundLight, share, smooth};
+use super::lamps::LightMemory;
 use super::mirror::Mirror;
 use super::occlusion::asked_for;
 use super::options::RenderOptions;
@@ -12,8 +14,10 @@ use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use overcoat_scene::Footing;
 use overcoat_stages::geometry::View;
+use overcoat_stages::light::LUMINANCE;
 use overcoat_stages::raster::{SUBPIXELS, TileOrigin};
 use overcoat_stages::shade::ViewRays;
+use std::f32::consts::FRAC_1_PI;
 
 /// Units of shading (about a nanosecond) for one pixel.
 const PIXEL: u64 = 4;
@@ -26,6 +30,8 @@ pub struct GroundView<'a> {
     rays: ViewRays,
     /// Linear colour of a matt floor; `None` of a shadow.
     color: Option<[f32; 3]>,
+    /// Lamps that are not in `light`.
+    lamps: Option<GroundLamps<'a>>,
     /// Border of the picture, towards which it fades.
     edge: Option<Edge>,
     /// Mirrored picture of the model, if it reflects one.
@@ -86,6 +92,7 @@ impl<'a> GroundView<'a> {
     /// `None` if nothing is seen of it.
     pub fn new(
         light: &'a GroundLight,
+        lights: &'a LightMemory,
         options: &RenderOptions,
         view: &View,
         mirror: Option<Mirror<'a>>,
@@ -101,12 +108,14 @@ impl<'a> GroundView<'a> {
         let edge = Edge::new(view, options.ground_edge);
         let units = GroundLight::units(&asked_for(options));
         let _built = Shadows::BUILT.filter(|_| is_above)?;
-        Some(Self { light, rays, color, edge, mirror, units, _built })
+        let lamps = GroundLamps::new(lights, footing, &rays).filter(|_| light.has_lamps_apart());
+        Some(Self { light, rays, color, lamps, edge, mirror, units, _built })
     }
 
     /// Work of a tile of so many pixels, in units of shading.
-    pub fn units_of_tile([width, height]: [u32; 2]) -> u64 {
-        PIXEL * u64::from(width) * u64::from(height)
+    pub fn units_of_tile(&self, [width, height]: [u32; 2]) -> u64 {
+        let of_pixel = PIXEL + self.lamps.as_ref().map_or(0, GroundLamps::units);
+        of_pixel * u64::from(width) * u64::from(height)
     }
 
     /// Appearance of the floor in sixteen neighbouring pixels of a row; `None` if it is seen in none of them.
@@ -132,19 +141,37 @@ impl<'a> GroundView<'a> {
         if let Some(edge) = &self.edge {
             there = there * edge.fade(l, on_screen);
         }
-        let floor = match self.color {
-            None => {
-                let [shadow] = self.light.look_up(l, place);
-                Seen { color: [l.zero(); 3], opacity: shadow * there }
-            }
-            Some(own) => {
-                let open: [L::F; 3] = self.light.look_up(l, place);
-                Seen { color: each!(c => open[c] * there * own[c]), opacity: there }
-            }
-        };
+        let floor = self.lit(l, place, is_floor.select(distance, l.zero()), there);
         let Some(mirror) = &self.mirror else { return Some(floor) };
         let [r, g, b, opacity] = mirror.sixteen(l, origin, block, row);
         Some(floor.under(Seen { color: each!(c in [r, g, b] => c * there), opacity: opacity * there }))
+    }
+
+    /// The floor itself at places of which so much is there, as light arrives.
+    #[inline(always)]
+    fn lit<L: Lanes>(&self, l: L, place: [L::F; 2], distance: L::F, there: L::F) -> Seen<L> {
+        let of_lamps = self.lamps.as_ref().map(|lamps| lamps.irradiance(l, place, distance));
+        match (self.color, of_lamps) {
+            (None, None) => {
+                let [shadow] = self.light.look_up(l, place);
+                Seen { color: [l.zero(); 3], opacity: shadow * there }
+            }
+            (None, Some(of_lamps)) => {
+                let known: [L::F; 2] = self.light.look_up(l, place);
+                let [arriving, all] = each!(k => {
+                    let [r, g, b]: [L::F; 3] = each!(c => of_lamps[k][c] * LUMINANCE[c]);
+                    known[k] + ((r + g) + b)
+                });
+                Seen { color: [l.zero(); 3], opacity: share(l, arriving, all).one_minus() * there }
+            }
+            (Some(own), of_lamps) => {
+                let mut open: [L::F; 3] = self.light.look_up(l, place);
+                if let Some([of_lamps, _]) = of_lamps {
+                    open = each!(c => open[c] + of_lamps[c] * FRAC_1_PI);
+                }
+                Seen { color: each!(c => open[c] * there * own[c]), opacity: there }
+            }
+        }
     }
 
     /// Puts the floor behind the pixels of a tile, but for those that have it behind them. Tells `see` what is seen of it in each

@@ -11,6 +11,7 @@ pub mod draws;
 pub mod edges;
 pub mod effects;
 pub mod ground;
+pub mod ground_lamps;
 pub mod ground_light;
 pub mod ground_pixels;
 pub mod lamps;

@@ -1,7 +1,6 @@
 //! One tile from triangles to pixels: the stages in their order.
 
 use super::aov::TileAovs;
-use super::ground_pixels::GroundView;
 use super::light_pool::TracedTile;
 use super::pass::{Pass, Tile};
 use super::resolve::{self, Behind, Distant, ResolveScratch, TilePixels};
@@ -217,10 +216,8 @@ pub fn render_tile<L: Lanes>(
 
 /// Counts what looking up the floor takes. False if a limit stops it.
 fn count_ground(pass: &Pass<'_>, tile: &Tile<'_>, job: &mut TileJob) -> bool {
-    if pass.frame.ground.is_none() {
-        return true;
-    }
-    let units = GroundView::units_of_tile(tile.size);
+    let Some(ground) = &pass.frame.ground else { return true };
+    let units = ground.units_of_tile(tile.size);
     job.cost.shading += units;
     pass.work.spend(Spent::Shading, units)
 }

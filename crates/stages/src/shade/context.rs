@@ -70,7 +70,7 @@ impl ViewRays {
 
     /// Half the larger side of a pixel (perspective: at a distance of 1).
     #[inline(always)]
-    pub(super) fn half_pixel(&self) -> f32 {
+    pub fn half_pixel(&self) -> f32 {
         let [wide, high] = self.pixel_squares();
         (if high > wide { high } else { wide }).sqrt() * 0.5
     }

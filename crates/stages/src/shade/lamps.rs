@@ -130,7 +130,8 @@ impl LampOcclusion<'_> {
         unoccluded * seen
     }
 
-    /// Irradiance from all lights on surfaces, and what it would be without anything in their way.
+    /// Irradiance from lights on surfaces, and what it would be without anything in their way. Rectangles and tubes that are not in
+    /// `area_lights` add nothing.
     #[inline(never)]
     pub fn irradiance_of_all<L: Lanes>(
         &self,
