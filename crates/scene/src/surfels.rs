@@ -13,7 +13,7 @@
 //! larger of the radii of its first and its last point.
 //!
 //! A cloud of few points is a set of markers and no surface. Where the median distance is more than 1/5 of the cloud's
-//! diagonal, discs have [`MARKER`] pixels; below 1/10, which a ball of 200 points is, they have the radius above, and [`SURFACE`] pixels are the least; in
+//! diagonal, discs have [`MARKER`] pixels, fewer than [`CLEAR`] points up to twice that; below 1/10, which a ball of 200 points is, they have the radius above, and [`SURFACE`] pixels are the least; in
 //! between both change linearly.
 //!
 //! A cloud that fills space is a blob if its discs close. Where one in five points has no normal, radii shrink to [`APART`] of that
@@ -34,6 +34,10 @@ const OUTLIER: f32 = 3.0;
 
 /// Radius in pixels of markers: the size that points have had.
 const MARKER: f32 = 1.5;
+
+/// Points of a cloud from which on markers of that radius are seen well. Those of fewer have the same area together, up to twice
+/// the radius: the corners of a cube were specks.
+const CLEAR: f32 = 200.0;
 
 /// Least radius in pixels of points of a surface: no smaller than what falls between samples.
 const SURFACE: f32 = 0.6;
@@ -71,7 +75,8 @@ const BATCH: usize = 64;
 #[must_use]
 pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
     let positions = mesh.positions();
-    let markers = Surfels { least_radius: MARKER, ..Surfels::default() };
+    let marker = marker_radius(positions.len());
+    let markers = Surfels { least_radius: marker, ..Surfels::default() };
     if positions.len() < 3 || positions.len() >= 1 << POINT_BITS || mesh.bounds().is_empty() {
         return markers;
     }
@@ -119,7 +124,12 @@ pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
         let own = if *radius >= 0.0 { *radius } else { median };
         *radius = factor * if own < OUTLIER * median { own } else { OUTLIER * median };
     }
-    Surfels { radii, normals, least_radius: SURFACE + (MARKER - SURFACE) * scatter }
+    Surfels { radii, normals, least_radius: SURFACE + (marker - SURFACE) * scatter }
+}
+
+/// Radius in pixels of markers of a cloud of so many points.
+fn marker_radius(points: usize) -> f32 {
+    MARKER * (CLEAR / (points as f32).max(1.0)).sqrt().clamp(1.0, 2.0)
 }
 
 /// Factor for the radii of a cloud that fills space, as one in five of its points has no plane or more (of those at random in
@@ -541,11 +551,18 @@ mod tests {
     fn few_points_are_markers_and_one_place_is_one() {
         for positions in [vec![], vec![[1.0; 3]], vec![[2.0; 3]; 50]] {
             let found = surfels(positions);
-            assert!(found.least_radius == MARKER && found.radii.iter().all(|r| *r == 0.0), "{found:?}");
+            assert!(found.least_radius == 2.0 * MARKER && found.radii.iter().all(|r| *r == 0.0), "{found:?}");
         }
         let cube: Vec<[f32; 3]> = (0..8_u8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f32::from)).collect();
         let found = surfels(cube);
-        assert!(found.least_radius == MARKER && found.radii == [0.0; 8], "{found:?}");
+        assert!(found.least_radius == 2.0 * MARKER && found.radii == [0.0; 8], "{found:?}");
+    }
+
+    #[test]
+    fn fewer_markers_are_larger() {
+        let radii = [0, 1, 8, 50, 100, 200, 1000].map(marker_radius);
+        assert_eq!([radii[0], radii[2], radii[3], radii[5], radii[6]], [3.0, 3.0, 3.0, 1.5, 1.5]);
+        assert!(radii.windows(2).all(|pair| pair[0] >= pair[1]) && radii[4] > 1.5, "{radii:?}");
     }
 
     #[test]
