@@ -43,6 +43,8 @@ def test_other_threads_go_on_while_it_draws(model):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_stops_a_picture(model):
     """Pictures that would take many seconds, by each way to draw one; afterwards all goes on as before."""
+    # What a shell starts in the background ignores it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     renderer, shape = overcoat.Renderer(1), overcoat.load(model("sports-car.glb"))
     expected = renderer.render(shape, size=48).hash
     scene = overcoat.Scene()
