@@ -1,4 +1,5 @@
 //! The referee, against closed forms and against itself, and the models against the referee.
 
+mod bases;
 mod lab;
 mod truth;

@@ -6,7 +6,7 @@ use exr::prelude::{
     read_all_flat_layers_from_file,
 };
 use overcoat_core::math::double::{atan2, tan};
-use overcoat_lab::lab::{Light, Referee, Specimen};
+use overcoat_lab::lab::{Base, Light, Referee, Specimen};
 use overcoat_lab::truth::Samples;
 use std::collections::BTreeMap;
 use std::fs;
@@ -22,6 +22,8 @@ const MATT: Specimen = Specimen {
     extinction: [0.0; 3],
     base_roughness: 0.5,
     metal: false,
+    base: Base::Convention,
+    base_ior: 1.5,
     color: [0.18; 3],
     specular: 0.0,
 };
@@ -93,7 +95,7 @@ fn a_pack_is_whole_and_has_the_same_bytes_again() {
     let output =
         overcoat(work.path(), &[&["conformance", "b", "--json", "--threads", "3"], &few[..]].concat());
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((&report["pack"], &report["scores"][0]["scene"]), (&"1.0".into(), &"furnace".into()));
+    assert_eq!((&report["pack"], &report["scores"][0]["scene"]), (&"1.1".into(), &"furnace".into()));
     assert_eq!(
         (&report["scores"][0]["passes"], &report["scores"][2]["passes"]),
         (&true.into(), &false.into())
@@ -128,8 +130,8 @@ fn a_pack_is_whole_and_has_the_same_bytes_again() {
     assert_eq!(report["files"], expected.len());
     let text = |name: &str| String::from_utf8(a[name].clone()).unwrap();
     assert!(text("LICENSE").contains("SPDX-License-Identifier: CC0-1.0"));
-    assert!(text("VERSION").starts_with("overcoat conformance pack 1.0\n"));
-    assert!(text("README.md").starts_with("# Conformance pack 1.0 "));
+    assert!(text("VERSION").starts_with("overcoat conformance pack 1.1\n"));
+    assert!(text("README.md").starts_with("# Conformance pack 1.1 "));
     // Parameters that are missing in the description of a scene could not be drawn by others.
     let scene: serde_json::Value = serde_json::from_str(&text("scenes/coat-half-lamp.json")).unwrap();
     assert_eq!(scene["surfaces"][0]["share"], 0.5);
@@ -250,6 +252,37 @@ fn the_gltf_files_are_the_scenes() {
             }
         }
     }
+}
+
+/// Plastic by engines' convention and plastic of the coat's index: the same parameters but for the name of the base, the lobe less in
+/// the layers, and darker.
+#[test]
+fn scenes_of_plastic_name_their_base() {
+    let work = tempfile::tempdir().unwrap();
+    let scenes = "coat-plastic-gradient,coat-interface-gradient,coat-metal-lamp,matt-lamp";
+    let folder =
+        pack(work.path(), "p", &["--size", "32", "--samples", "256", "--scenes", scenes, "--models", "gltf"]);
+    let read = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(folder.join(format!("scenes/{name}.json"))).unwrap()).unwrap()
+    };
+    let base = |scene: &serde_json::Value| scene["parameters"]["base"].as_str().unwrap().to_owned();
+    let kinds = |scene: &serde_json::Value| -> Vec<String> {
+        let layers = scene["surfaces"][0]["layers"].as_array().unwrap();
+        layers.iter().map(|layer| layer["kind"].as_str().unwrap().to_owned()).collect()
+    };
+    let (mut convention, mut interface) = (read("coat-plastic-gradient"), read("coat-interface-gradient"));
+    assert_eq!([base(&convention), base(&interface)], ["convention", "interface"]);
+    assert_eq!([base(&read("coat-metal-lamp")), base(&read("matt-lamp"))], ["metal", "lambert"]);
+    let coat = ["dielectric_interface", "absorbing_medium"];
+    assert_eq!(kinds(&convention), [coat[0], coat[1], "dielectric_interface", "lambert"]);
+    assert_eq!(kinds(&interface), [coat[0], coat[1], "lambert"]);
+    for scene in [&mut convention, &mut interface] {
+        scene["parameters"]["base"] = "any".into();
+    }
+    assert_eq!(convention["parameters"], interface["parameters"]);
+    let mean =
+        |name: &str| -> f32 { self::read(&folder.join(format!("truth/{name}.exr")))["G"].iter().sum() };
+    assert!(mean("coat-interface-gradient") < 0.8 * mean("coat-plastic-gradient"));
 }
 
 /// Python, if there is one.

@@ -29,6 +29,16 @@ fn a_slice_is_a_table_a_file_or_json() {
 
     let json: Value = serde_json::from_str(&run(&["--json"])).unwrap();
     assert_eq!(json["over"], "view");
+    assert_eq!((&json["base"], &json["base_ior"]), (&"interface".into(), &1.5.into()));
+    let of = |args: &[&str]| serde_json::from_str::<Value>(&run(&[&["--json"], args].concat())).unwrap();
+    let convention = of(&["--base", "convention"]);
+    assert_eq!((&convention["base"], convention.get("base_ior")), (&"convention".into(), None));
+    assert_eq!(of(&["--metal"])["base"], "metal");
+    let seen = of(&["--base", "seen", "--base-ior", "1.7", "--coat-ior", "1.7"]);
+    assert_eq!((&seen["base"], &seen["base_ior"]), (&"seen".into(), &1.7.into()));
+    // Each is another truth.
+    let truth = |json: &Value| json["rows"][0]["truth"][1].as_f64().unwrap();
+    assert!(truth(&json) < 0.8 * truth(&convention) && truth(&seen) > 1.2 * truth(&json));
     assert_eq!(json["rows"][2]["models"][1]["model"], "openpbr");
     assert_eq!(json["warnings"], serde_json::json!([]));
 
@@ -51,6 +61,11 @@ fn the_summary_is_a_table_too() {
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.starts_with("| model |") && text.contains("72 cases"), "{text}");
     assert!(text.find("| openpbr |") < text.find("| gltf |"), "the nearest comes first: {text}");
+    assert!(text.contains("plastic: interface of index 1.5"), "{text}");
+    let args = ["--summary", "--base", "convention", "--json", "--samples", "256", "--models", "openpbr"];
+    let output = overcoat(work.path(), &[&["lab"], &args[..]].concat());
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["base"], &json["cases"]), (&"convention".into(), &72.into()));
 }
 
 #[test]
@@ -114,6 +129,16 @@ fn what_cannot_be_measured_is_said_in_a_line() {
         (&["--summary", "-o", "x.csv"], "cannot be used with"),
         (&["--models", "thre"], "did you mean 'three'?"),
         (&["--base-roughness", "NaN"], "0 to 1"),
+        (
+            &["--base", "interfase"],
+            "no base; there are lambert, interface, seen, convention; did you mean 'interface'?",
+        ),
+        (&["--base", "seen", "--metal"], "cannot be used with"),
+        (&["--base-ior", "1.6", "--metal"], "cannot be used with"),
+        (&["--base-ior", "0.5"], "1 to 3"),
+        (&["--base", "convention", "--base-ior", "1.6"], "convention has no index"),
+        (&["--base", "lambert", "--over", "base-ior"], "lambert has no index"),
+        (&["--over", "base-ior", "--to", "4"], "1 to 3"),
         (&["--over", "coat-ior", "--to", "7"], "limit 3"),
     ] {
         let output = overcoat(work.path(), &[&["lab", "--samples", "256"][..], args].concat());

@@ -1,14 +1,14 @@
 //! The referee on every machine: what `overcoat lab` says of a few coats, to the last bit.
 //!
-//! They go through what the program can ask of it: rough and smooth faces, metals with all bounces, a matt base, media that
-//! absorb, light from one direction, from everywhere and from a soft box. Media that scatter are in `tests/truth/bits.rs`.
+//! They go through what the program can ask of it: rough and smooth faces, metals with all bounces, a matt base, plastic by
+//! convention and below an interface, media that absorb, light from one direction, from everywhere and from a soft box. Media that scatter are in `tests/truth/bits.rs`.
 
 use super::record::Hashes;
 use serde_json::Value;
 use xxhash_rust::xxh3::xxh3_128;
 
 /// Name, and the options of `overcoat lab`.
-pub const RUNS: [(&str, &str); 3] = [
+pub const RUNS: [(&str, &str); 4] = [
     (
         "referee-metal",
         "--over light --view 40 --steps 4 --samples 256 --coat-roughness 0.3 --metal --base-roughness 0.4 \
@@ -17,7 +17,12 @@ pub const RUNS: [(&str, &str); 3] = [
     (
         "referee-plastic",
         "--over view --steps 3 --samples 256 --coat-roughness 0 --base-roughness 0.5 --color 0.1,0.3,0.6 --coat 0.8 \
-         --models gltf",
+         --base convention --models gltf",
+    ),
+    (
+        "referee-interface",
+        "--over view --steps 3 --samples 256 --coat-roughness 0.3 --base-roughness 0.5 --color 0.1,0.3,0.6 --coat 0.8 \
+         --base seen --base-ior 1.7 --extinction 0.1,0.4,1 --models openpbr",
     ),
     (
         "referee-matt",

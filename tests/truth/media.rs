@@ -3,7 +3,7 @@
 use super::direction;
 use super::statistics::{Family, gauss_legendre};
 use overcoat_core::math::double::exp;
-use overcoat_lab::truth::{Interface, Medium, Samples, Stack};
+use overcoat_lab::truth::{Interface, Medium, Outcome, Samples, Stack};
 use std::f64::consts::PI;
 
 fn slab(medium: Medium) -> Stack {
@@ -90,6 +90,79 @@ fn medium_without_end() {
         family.exact(&format!("{o} to {i}"), &found, expected);
     }
     family.judge();
+}
+
+/// A medium that does not scatter is a factor along the way. One that scatters next to nothing is walked through by collisions and has the
+/// same means, with more noise.
+#[test]
+fn absorption_is_that_of_collisions() {
+    let lambert = Interface::lambertian([0.8, 0.5, 0.2]);
+    let metal = Interface::schlick_conductor([0.9, 0.6, 0.3]).rough(0.2).multiple_scattering();
+    let glass = Interface::dielectric(1.5);
+    let depth = [0.1, 0.4, 1.0];
+    let mut family = Family::default();
+    let (mut quieter, mut all) = (0, 0);
+    for (name, coat, base) in [
+        ("smooth on metal", glass, metal),
+        ("rough on metal", glass.rough(0.25).multiple_scattering(), metal),
+        ("rough on lambert", glass.rough(0.25), lambert),
+    ] {
+        let stack = |albedo: f64| {
+            let medium = Medium { albedo: [albedo; 3], ..Medium::absorbing(depth) };
+            let clear = Interface::dielectric(1.2).rough(0.3);
+            let builder = Stack::builder().interface(coat).medium(medium).interface(clear).medium(medium);
+            builder.interface(base).build().unwrap()
+        };
+        let (factor, collisions) = (stack(0.0), stack(1e-30));
+        let samples = Samples::new(1 << 14);
+        for wo in [direction(0.9, 0.2), direction(0.3, 0.0)] {
+            let wi = direction(0.7, 2.5);
+            let of = |stack: &Stack| {
+                let albedo = stack.directional_albedo(wo, &samples).unwrap().reflectance;
+                [albedo, stack.evaluate(wo, wi, &samples).unwrap().total]
+            };
+            for (what, (a, b)) in
+                ["albedo", "value"].iter().zip(of(&factor).iter().zip(of(&collisions).iter()))
+            {
+                for c in 0..3 {
+                    let [x, y] = [a, b].map(|e| (e.mean()[c], e.standard_error()[c]));
+                    family.compare(format!("{name}, {what}, channel {c}"), x, y);
+                    quieter += u32::from(x.1 < y.1);
+                    all += 1;
+                }
+            }
+            // Walks one by one: the share that leaves is the mean of the albedo's channels.
+            let leave = |stack: &Stack| {
+                let left =
+                    (0..20_000).filter(|&k| matches!(stack.sample(wo, 3, k).unwrap(), Outcome::Left(_)));
+                let p = left.count() as f64 / 20_000.0;
+                (p, (p * (1.0 - p) / 20_000.0).sqrt())
+            };
+            family.compare(format!("{name}, share that leaves"), leave(&factor), leave(&collisions));
+        }
+    }
+    family.judge();
+    assert!(4 * quieter > 3 * all, "{quieter} of {all}");
+}
+
+/// Media that nothing gets through end walks, and leave no number that is none.
+#[test]
+fn what_is_opaque_shows_the_coat_alone() {
+    for depth in [800.0, 1e10] {
+        let stack = Stack::builder()
+            .interface(Interface::dielectric(1.5).rough(0.2).multiple_scattering())
+            .medium(Medium::absorbing([depth; 3]))
+            .interface(Interface::lambertian([1.0; 3]))
+            .build()
+            .unwrap();
+        let (wo, wi) = (direction(0.8, 0.0), direction(0.6, 2.0));
+        let albedo = stack.directional_albedo(wo, &Samples::new(512)).unwrap();
+        assert_eq!((albedo.base.mean(), albedo.base.standard_error()), ([0.0; 3], [0.0; 3]));
+        assert_eq!(stack.evaluate(wo, wi, &Samples::new(512)).unwrap().base.mean(), [0.0; 3]);
+        let outcomes = (0..500).map(|k| stack.sample(wo, 1, k).unwrap());
+        let left = outcomes.filter(|outcome| matches!(outcome, Outcome::Left(_))).count();
+        assert!((1..100).contains(&left), "{left}");
+    }
 }
 
 /// Extinction and thickness count by their product alone.

@@ -4,6 +4,7 @@ use super::VERSION;
 use overcoat_lab::lab::conformance::{
     BOX, BOX_RADIANCE, BOX_RANGE, DISTANCE, FOV_DEGREES, GRADIENT, IRRADIANCE, LAMP, Scene, Sky,
 };
+use overcoat_lab::lab::{Base, Specimen};
 use overcoat_scene::Mesh;
 use serde_json::{Value, json};
 
@@ -44,6 +45,8 @@ pub(super) fn description(scene: &Scene) -> Value {
             "coat_ior": specimen.coat_ior,
             "coat_thickness": specimen.thickness,
             "coat_extinction": specimen.extinction,
+            "base": base(specimen),
+            "base_ior": specimen.base_ior,
             "base_roughness": specimen.base_roughness,
             "metallic": if specimen.metal { 1.0 } else { 0.0 },
             "base_color": specimen.color,
@@ -81,6 +84,15 @@ fn map(sky: Sky) -> String {
     format!("../environments/{}.exr", sky.name())
 }
 
+/// Name of the layers beneath the coat.
+fn base(specimen: &Specimen) -> &'static str {
+    match specimen {
+        Specimen { metal: true, .. } => "metal",
+        Specimen { specular, .. } if *specular > 0.0 => specimen.base.name(),
+        _ => Base::Lambert.name(),
+    }
+}
+
 /// The layers from the top, as [`Truth`](overcoat_lab::lab::conformance::Truth) has them.
 fn layers(scene: &Scene, coated: bool) -> Value {
     let specimen = &scene.specimen;
@@ -111,7 +123,8 @@ fn layers(scene: &Scene, coated: bool) -> Value {
             "all_bounces": rough > 0.0 && scene.has_all_bounces(),
         }));
     } else {
-        if specimen.specular > 0.0 {
+        let above = if coated { specimen.coat_ior } else { 1.0 };
+        if specimen.base == Base::Convention && specimen.specular > 0.0 {
             layers.push(json!({
                 "kind": "dielectric_interface",
                 "fresnel": "schlick",
@@ -120,8 +133,16 @@ fn layers(scene: &Scene, coated: bool) -> Value {
                 "ggx_alpha": rough,
                 "all_bounces": false,
             }));
+        } else if let Some(index) = specimen.index_below(above) {
+            layers.push(json!({
+                "kind": "dielectric_interface",
+                "fresnel": "exact",
+                "index": index,
+                "ggx_alpha": rough,
+                "all_bounces": rough > 0.0,
+            }));
         }
-        layers.push(json!({ "kind": "lambert", "reflectance": specimen.color }));
+        layers.push(json!({ "kind": "lambert", "reflectance": specimen.substrate() }));
     }
     Value::Array(layers)
 }

@@ -1,11 +1,12 @@
 //! The options of `overcoat lab`.
 
 use crate::args::{ReportArgs, ThreadArgs};
+use crate::failure::Failure;
 use crate::value_parsers;
 use clap::Args;
 use overcoat_core::suggest::suggestion;
 use overcoat_description::MaterialChoice;
-use overcoat_lab::lab::{Light, Quantity, Slice, Specimen};
+use overcoat_lab::lab::{Base, Light, Quantity, Slice, Specimen};
 use overcoat_lab::truth::Samples;
 use overcoat_scene::ShadingModel;
 use std::path::PathBuf;
@@ -32,10 +33,15 @@ pub(crate) const DEFAULT_MODELS: &[ShadingModel] = &[
   overcoat lab --over thickness --extinction 0.1,0.4,1 --metal -o thickness.csv
   overcoat lab --over coat-roughness --by base-roughness --metal --models stacklit -o errors.svg
   overcoat lab --summary
+  overcoat lab --summary --base convention
   overcoat lab --paint silver-metallic
 
 Values are radiance: under --light white the directional albedo, under light from one direction the BRDF times its cosine.
 The referee is a random walk through the layers; its column comes with its standard error.
+
+Plastic has several truths, which --base names. lambert: a matt surface. interface: a matt surface of --color below a dielectric
+interface of --base-ior, which below a coat of the same index is none. seen: the same interface over what makes --color that
+which one sees without a coat. convention: a layer of F0 0.04 that bends no light, with or without a coat, as engines have it.
 
 With --paint light falls at 45 degrees, and colours are L*a*b* (D65) at aspecular angles of 15 to 110 degrees; the flop index is
 Alman's. Sparkle is counted on a plate of 25.6 mm in pixels of 0.1 mm, seen from above: the share of pixels at least twice as bright
@@ -46,7 +52,7 @@ pub struct LabArgs {
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 
-    /// What varies: view, light, coat, coat-roughness, coat-ior, thickness, base-roughness, color or specular
+    /// What varies: view, light, coat, coat-roughness, coat-ior, thickness, base-roughness, base-ior, color or specular
     #[arg(long, value_name = "WHAT", default_value = "view", value_parser = quantity)]
     pub over: Quantity,
 
@@ -73,7 +79,8 @@ pub struct LabArgs {
     /// Tell the colours, flop, sparkle and graininess of a paint instead: a material file (.toml, .mtlx) or a built-in material
     #[arg(long, value_name = "FILE|BUILT-IN", value_parser = value_parsers::MaterialParser, hide_possible_values = true,
           conflicts_with_all = ["over", "from", "to", "steps", "by", "output", "summary", "samples", "view", "light", "coat",
-                                "coat_roughness", "coat_ior", "thickness", "extinction", "base_roughness", "metal", "color", "specular"])]
+                                "coat_roughness", "coat_ior", "thickness", "extinction", "base", "base_ior", "base_roughness", "metal", "color",
+                                "specular"])]
     pub paint: Option<MaterialChoice>,
 
     /// With --summary: also coats that absorb or have another index, which not every engine knows
@@ -149,7 +156,16 @@ pub struct SpecimenArgs {
     #[arg(long)]
     pub metal: bool,
 
-    /// Reflectance of a metal, else albedo of the diffuse part, linear
+    /// Layers of what is no metal: lambert, interface, seen or convention
+    #[arg(long, value_name = "NAME", default_value = Base::default().name(), value_parser = base, conflicts_with = "metal")]
+    pub base: Base,
+
+    /// Index of refraction of --base interface and seen, 1 to 3 [default: 1.5]
+    #[arg(long, value_name = "INDEX", allow_negative_numbers = true, conflicts_with = "metal",
+          value_parser = value_parsers::within::<f64>(1.0, 3.0))]
+    pub base_ior: Option<f64>,
+
+    /// Reflectance of a metal, else albedo of the diffuse part as --base has it, linear
     #[arg(long, value_name = "R,G,B", default_value = "0.5,0.5,0.5", value_parser = value_parsers::position)]
     pub color: [f64; 3],
 
@@ -171,6 +187,8 @@ impl SpecimenArgs {
             extinction: self.extinction,
             base_roughness: self.base_roughness,
             metal: self.metal,
+            base: self.base,
+            base_ior: self.base_ior.unwrap_or(Specimen::default().base_ior),
             color: self.color,
             specular: self.specular,
         }
@@ -178,6 +196,23 @@ impl SpecimenArgs {
 }
 
 impl LabArgs {
+    /// Refuses an index for a base that has none.
+    ///
+    /// # Errors
+    /// [`Failure`] of usage.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        let SpecimenArgs { base, base_ior, .. } = self.specimen;
+        let varies = [Some(self.over), self.by].contains(&Some(Quantity::BaseIor));
+        let option = if varies { "base-ior" } else { "--base-ior" };
+        if !base.has_index() && (base_ior.is_some() || varies) {
+            let name = base.name();
+            return Err(Failure::usage(format!(
+                "{option} is that of --base interface or seen; {name} has no index"
+            )));
+        }
+        Ok(())
+    }
+
     /// The models that are asked for.
     pub(super) fn models(&self) -> Vec<ShadingModel> {
         let all = if self.models.is_empty() { DEFAULT_MODELS } else { &self.models };
@@ -212,6 +247,17 @@ fn quantity(text: &str) -> Result<Quantity, String> {
     named.copied().ok_or_else(|| {
         let names = Quantity::ALL.iter().map(|quantity| quantity.name());
         format!("nothing that can vary{}", suggestion(overcoat_core::suggest::nearest_name(text, names)))
+    })
+}
+
+fn base(text: &str) -> Result<Base, String> {
+    let names = || Base::ALL.iter().map(|base| base.name());
+    Base::ALL.iter().copied().find(|base| base.name() == text).ok_or_else(|| {
+        let list = names().collect::<Vec<_>>().join(", ");
+        format!(
+            "no base; there are {list}{}",
+            suggestion(overcoat_core::suggest::nearest_name(text, names()))
+        )
     })
 }
 

@@ -11,7 +11,7 @@ use super::output_file::{Encoded, check_file, is_standard_output};
 use super::progress::Progress;
 use super::report::{self, Reporter};
 use crate::failure::{self, Failure};
-use overcoat_lab::lab::{Bench, Row, Slice, Summary, luminance};
+use overcoat_lab::lab::{Base, Bench, Row, Slice, Specimen, Summary, luminance};
 use overcoat_lab::truth::Samples;
 use overcoat_scene::ShadingModel;
 use overcoat_worker::report::Versions;
@@ -23,6 +23,10 @@ use std::path::Path;
 #[derive(Debug, Serialize)]
 struct Report {
     over: &'static str,
+    base: &'static str,
+    /// Absent where nothing beneath the coat has an index of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    base_ior: Option<f64>,
     rows: Vec<Entry>,
     warnings: Vec<String>,
     versions: Versions,
@@ -46,6 +50,9 @@ struct Shown {
 /// Report of `--summary --json`. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct SummaryReport {
+    base: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    base_ior: Option<f64>,
     cases: usize,
     noise: f64,
     models: Vec<SummaryEntry>,
@@ -80,6 +87,7 @@ pub fn run(args: &LabArgs) -> Result<(), Failure> {
     if let Some(choice) = &args.paint {
         return paint::run(args, &choice.source, &mut bench, progress);
     }
+    args.check()?;
     if args.summary {
         return summary(args, &mut bench, progress);
     }
@@ -150,10 +158,17 @@ fn json(slice: &Slice, rows: Vec<Row>) -> Report {
     };
     Report {
         over: slice.over.name(),
+        base: if slice.specimen.metal { "metal" } else { slice.specimen.base.name() },
+        base_ior: has_index(&slice.specimen).then_some(slice.specimen.base_ior),
         rows: rows.into_iter().map(entry).collect(),
         warnings: Vec::new(),
         versions: Versions::default(),
     }
+}
+
+/// True if what is beneath the coat has an index of its own.
+fn has_index(specimen: &Specimen) -> bool {
+    !specimen.metal && specimen.base.has_index()
 }
 
 fn names(models: &[ShadingModel]) -> impl Iterator<Item = &'static str> {
@@ -205,7 +220,11 @@ fn table(slice: &Slice, rows: &[Row]) -> String {
 }
 
 fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), Failure> {
-    let specimens = args.random.map_or_else(|| Summary::specimens(args.all), Summary::random);
+    let mut specimens = args.random.map_or_else(|| Summary::specimens(args.all), Summary::random);
+    let Specimen { base, base_ior, .. } = args.specimen.specimen();
+    for specimen in &mut specimens {
+        (specimen.base, specimen.base_ior) = (base, base_ior);
+    }
     let samples = Samples::new(args.samples.into());
     let done = |done, of| progress.step("specimens", done as u32, of as u32);
     let found =
@@ -221,7 +240,14 @@ fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), 
         };
         let models = found.errors.iter().map(entry).collect();
         let Summary { cases, noise, .. } = found;
-        return report::print_json(&SummaryReport { cases, noise, models, versions: Versions::default() });
+        return report::print_json(&SummaryReport {
+            base: base.name(),
+            base_ior: base.has_index().then_some(base_ior),
+            cases,
+            noise,
+            models,
+            versions: Versions::default(),
+        });
     }
     let mut text = String::from(
         "| model | white light, mean error | with sign | largest | direct light |\n| --- | ---: | ---: | ---: | ---: |\n",
@@ -233,6 +259,20 @@ fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), 
         let _ = writeln!(text, "| {name} | {white:.1} % | {bias:+.1} % | {worst:+.0} % | {direct:.1} % |");
     }
     let noise = 100.0 * found.noise;
-    let _ = writeln!(text, "\n{} cases; standard error of the referee {noise:.2} %", found.cases);
+    let plastic = described(base, base_ior);
+    let _ = writeln!(
+        text,
+        "\n{} cases; plastic: {plastic}; standard error of the referee {noise:.2} %",
+        found.cases
+    );
     report::print(&text)
+}
+
+/// A base in words.
+fn described(base: Base, base_ior: f64) -> String {
+    match base {
+        Base::Interface => format!("interface of index {base_ior}"),
+        Base::Seen => format!("interface of index {base_ior}, color as seen without coat"),
+        base => base.name().to_owned(),
+    }
 }

@@ -1,8 +1,8 @@
 //! Plots of the lab, as SVG: curves, lobes in polar coordinates, maps of errors.
 
-use super::names;
+use super::{described, names};
 use overcoat_core::math::double::sin_cos;
-use overcoat_lab::lab::{Light, Quantity, Row, Slice, luminance};
+use overcoat_lab::lab::{Base, Light, Quantity, Row, Slice, luminance};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::error::Error;
@@ -50,11 +50,15 @@ fn caption(slice: &Slice) -> String {
     }
     text += match (s.metal, s.specular > 0.0) {
         (true, _) => " over metal",
+        (false, true) if s.base == Base::Lambert => " over matt",
         (false, true) => " over plastic",
         (false, false) => " over matt",
     };
     text += &said(Quantity::Color, format!(" {color}"));
-    if s.metal || s.specular > 0.0 {
+    if !s.metal && s.specular > 0.0 && s.base != Base::Lambert {
+        text += &format!(" ({})", described(s.base, s.base_ior));
+    }
+    if s.metal || (s.specular > 0.0 && s.base != Base::Lambert) {
         text += &said(Quantity::BaseRoughness, format!(" roughness {}", s.base_roughness));
     }
     text += &said(Quantity::View, format!("; view {} degrees", slice.view));

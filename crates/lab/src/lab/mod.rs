@@ -27,12 +27,12 @@
 //! The value is always a radiance: under light from one direction the BRDF times the cosine of that direction (a lamp that a white
 //! Lambert surface would show as 1/pi if it shone from the normal), under white light from everywhere the directional albedo, under a soft box its part of that.
 //!
-//! The coat is a dielectric with Fresnel's equations over a medium that absorbs. The base is as engines define it
-//! without a coat: the coat is on trial, not the base. So a metal is GGX with Schlick's term and all its bounces, a
-//! dielectric base is GGX with Schlick's term over Lambert without refraction between the two, and a `specular` of 0
-//! leaves Lambert alone. A mask between 0 and 1 is that share of the surface with a coat and the rest without, as
-//! every engine defines it.
+//! The coat is a dielectric with Fresnel's equations over a medium that absorbs. A metal is GGX with Schlick's term and all its bounces, as
+//! engines define it without a coat: the coat is on trial, not the base. Of plastic there are several truths, and [`Base`] names which one
+//! is meant: below a coat of its own index it has no surface. A `specular` of 0 leaves Lambert alone. A mask between
+//! 0 and 1 is that share of the surface with a coat and the rest without, as every engine defines it.
 
+mod base;
 mod bench;
 // Its output is files, which are the program's.
 pub mod conformance;
@@ -43,6 +43,7 @@ mod specimen;
 mod summary;
 mod translate;
 
+pub use base::Base;
 pub use bench::Bench;
 pub use paint::{ASPECULAR, PLATE, PaintColor, PaintMeasure, SPARKLE, Sparkle};
 pub use referee::{Measured, Referee};

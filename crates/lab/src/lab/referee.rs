@@ -46,9 +46,16 @@ impl Referee {
     /// # Errors
     /// [`LabError`] if a number is out of its range.
     pub fn new(specimen: &Specimen) -> Result<Self, LabError> {
-        if !(0.0..=1.0).contains(&specimen.coat) {
-            return Err(LabError::OutOfRange { what: "coat", value: specimen.coat, range: "0 to 1" });
-        }
+        let within = |what, value, (least, most), range| {
+            if (least..=most).contains(&value) {
+                Ok(())
+            } else {
+                Err(LabError::OutOfRange { what, value, range })
+            }
+        };
+        within("coat", specimen.coat, (0.0, 1.0), "0 to 1")?;
+        within("specular", specimen.specular, (0.0, 1.0), "0 to 1")?;
+        within("base_ior", specimen.base_ior, (1.0, 3.0), "1 to 3")?;
         Ok(Self { coated: specimen.stack(true)?, bare: specimen.stack(false)?, mask: specimen.coat })
     }
 

@@ -22,6 +22,8 @@ pub enum Quantity {
     Thickness,
     /// Perceptual roughness of the base.
     BaseRoughness,
+    /// Index of refraction of a base with an interface, 1 to 3.
+    BaseIor,
     /// A grey for the colour of the base.
     Color,
     /// Strength of the specular part of a base that is no metal.
@@ -38,6 +40,7 @@ impl Quantity {
         Self::CoatIor,
         Self::Thickness,
         Self::BaseRoughness,
+        Self::BaseIor,
         Self::Color,
         Self::Specular,
     ];
@@ -53,6 +56,7 @@ impl Quantity {
             Self::CoatIor => "coat-ior",
             Self::Thickness => "thickness",
             Self::BaseRoughness => "base-roughness",
+            Self::BaseIor => "base-ior",
             Self::Color => "color",
             Self::Specular => "specular",
         }
@@ -64,7 +68,7 @@ impl Quantity {
         match self {
             Self::View => [0.0, 85.0],
             Self::Light => [-85.0, 85.0],
-            Self::CoatIor => [1.0, 2.0],
+            Self::CoatIor | Self::BaseIor => [1.0, 2.0],
             Self::Thickness => [0.0, 4.0],
             _ => [0.0, 1.0],
         }
@@ -162,6 +166,7 @@ impl Slice {
             Quantity::CoatIor => specimen.coat_ior = value,
             Quantity::Thickness => specimen.thickness = value,
             Quantity::BaseRoughness => specimen.base_roughness = value,
+            Quantity::BaseIor => specimen.base_ior = value,
             Quantity::Color => specimen.color = [value; 3],
             Quantity::Specular => specimen.specular = value,
         }

@@ -50,7 +50,7 @@ struct Case {
 
 impl Summary {
     /// The specimens: coats of index 1.5 that absorb nothing, which every engine has, over diffuse, plastic and metal bases; with
-    /// `all`, also thick coloured ones and those of another index, which few have.
+    /// `all`, also thick coloured ones and those of another index, which few have. Plastics have the default [`Base`](super::Base).
     #[must_use]
     pub fn specimens(all: bool) -> Vec<Specimen> {
         let base = Specimen::default();
@@ -169,6 +169,7 @@ fn at_random(number: u32) -> Specimen {
         metal: kind == 2,
         color: [r, g, b].map(|c| 0.05 + 0.9 * c),
         specular: if kind == 0 { 0.0 } else { 1.0 },
+        ..Specimen::default()
     }
 }
 

@@ -39,6 +39,17 @@ fn exact(cosine: f64, beyond: f64, eta: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
+/// Reflectance of a smooth interface to a relative index for light from everywhere: 2 F u du over cosines u from 0 to 1.
+pub(crate) fn mean_reflectance(eta: f64) -> f64 {
+    const STEPS: u32 = 4096;
+    let at = |k: u32| {
+        let cosine = (f64::from(k) + 0.5) / f64::from(STEPS);
+        let ([f, ..], _) = DielectricFresnel::Exact.reflectance(cosine, eta);
+        2.0 * f * cosine
+    };
+    (0..STEPS).map(at).sum::<f64>() / f64::from(STEPS)
+}
+
 /// f0 + (1 - f0) (1 - cosine)^5
 pub(super) fn schlick(f0: Channels, cosine: f64) -> Channels {
     let x = positive(1.0 - cosine);
@@ -89,6 +100,8 @@ mod tests {
     fn known_values() {
         let (f, _) = DielectricFresnel::Exact.reflectance(1.0, 1.5);
         assert!((f[0] - 0.04).abs() < 1e-15);
+        // 1 - 0.90824, a value of tables (Duntley 1942).
+        assert!((mean_reflectance(1.5) - 0.091_76).abs() < 1e-5 && mean_reflectance(1.0) == 0.0);
         // At Brewster's angle only s is reflected: ((n^2 - 1) / (n^2 + 1))^2 of one half.
         let (f, _) = DielectricFresnel::Exact.reflectance(1.0 / (1.0_f64 + 2.25).sqrt(), 1.5);
         assert!((f[0] - 0.5 * (1.25_f64 / 3.25) * (1.25 / 3.25)).abs() < 1e-14);

@@ -39,13 +39,16 @@ pub(super) struct Slab {
     pub albedo: Channels,
     pub g: f64,
     pub clear: bool,
+    /// True if there are events in it.
+    pub scatters: bool,
 }
 
 impl Slab {
     pub fn new(medium: &Medium) -> Self {
         let optical = medium.extinction.map(|extinction| extinction * medium.thickness);
         let clear = optical.iter().all(|&depth| depth == 0.0);
-        Self { optical, albedo: medium.albedo, g: medium.anisotropy, clear }
+        let scatters = !clear && medium.albedo.iter().any(|&albedo| albedo > 0.0);
+        Self { optical, albedo: medium.albedo, g: medium.anisotropy, clear, scatters }
     }
 
     /// Transmittance of `distance` (in depth) along a direction of cosine `mu`, unscattered light only.

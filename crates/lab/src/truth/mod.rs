@@ -37,7 +37,8 @@
 //!
 //! - from one event to the next along a direction of cosine `m`: with `t` the optical thickness of the medium and `d` the
 //!   part of it that is crossed, the share `exp(-t d / |m|)` reaches the interface ahead, and the density of events in the
-//!   medium by depth is `t / |m| exp(-t d / |m|)`;
+//!   medium by depth is `t / |m| exp(-t d / |m|)`; a medium that does not scatter is no more than that factor, so that nothing is left
+//!   to chance in it;
 //! - through an event in a medium with the single scattering albedo times the phase function of Henyey and Greenstein;
 //! - through an event at an interface with its kernel: the energy that leaves per solid angle. For GGX (Walter et al. 2007)
 //!   that is `F D G / (4 |i.n|)` for reflection and `(1 - F) D G |i.m| |o.m| e^2 / (|i.n| (i.m + e o.m)^2)` for transmission
@@ -101,6 +102,7 @@ pub use albedo::Albedo;
 pub use error::{Layer, StackError};
 pub use estimate::{CHUNK, Estimate, Samples};
 pub use evaluate::Evaluation;
+pub(crate) use fresnel::mean_reflectance;
 pub use interface::{Interface, Masking};
 pub use medium::Medium;
 pub use sample::{Outcome, Sample};

@@ -70,13 +70,15 @@ impl Ray {
 /// Density (by depth) of arriving in the medium after a distance, or probability of getting that far, without channels: about
 /// that of [`arrive`], as weights between strategies need it.
 pub(super) fn reach(slab: Option<&Slab>, distance: f64, mu: f64, in_medium: bool) -> f64 {
-    let Some(slab) = slab else { return 1.0 };
+    // A walk through a medium that only absorbs always gets to the interface, and carries less.
+    let Some(slab) = slab.filter(|slab| slab.scatters) else { return 1.0 };
     let passes = slab.transmittance(distance, mu);
     mean(if in_medium { product(passes, scaled(slab.optical, 1.0 / mu)) } else { passes })
 }
 
 /// Follows a ray to its end; none if it leaves. `beta` is multiplied by the energy that gets there over the
-/// probability, in which all channels have a part by their weight, so that their sum is unchanged.
+/// probability, in which all channels have a part by their weight, so that their sum is unchanged. Absorption alone has no part
+/// in chance: it is a factor, which can be 0.
 pub(super) fn arrive(stack: &Stack, ray: &Ray, beta: &mut Channels, trial: &mut Trial) -> Option<Arrival> {
     let interface = ray.ahead(stack)?;
     let at_interface = |distance| {
@@ -89,6 +91,10 @@ pub(super) fn arrive(stack: &Stack, ray: &Ray, beta: &mut Channels, trial: &mut 
         return at_interface(limit);
     }
     let (mu, sum) = (steepness(ray.direction), total(*beta));
+    if !slab.scatters {
+        *beta = product(*beta, slab.transmittance(limit, mu));
+        return at_interface(limit);
+    }
     let pick = trial.uniform() * sum;
     let channel = if pick < beta[0] {
         0
@@ -118,7 +124,7 @@ pub(super) fn scatter(
     beta: &mut Channels,
     trial: &mut Trial,
 ) -> Option<(Ray, bool)> {
-    if !trial.spend() {
+    if !trial.spend() || total(*beta) <= 0.0 {
         return None;
     }
     if let Some(k) = arrival.interface {

@@ -1,7 +1,7 @@
 //! The list of scenes. Those under one light follow each other, so that its map is filtered once.
 
 use super::light::Sky;
-use crate::lab::Specimen;
+use crate::lab::{Base, Specimen};
 use crate::truth::{Interface, Stack, StackError};
 
 /// A ball of a material under a light.
@@ -51,14 +51,21 @@ const MATT: Specimen = Specimen {
     extinction: [0.0; 3],
     base_roughness: 0.5,
     metal: false,
+    base: Base::Convention,
+    base_ior: 1.5,
     color: [0.18; 3],
     specular: 0.0,
 };
 
+const RED_PLASTIC: Specimen = Specimen { coat_roughness: 0.1, color: [0.5, 0.1, 0.1], specular: 1.0, ..MATT };
+
+const DARK_PLASTIC: Specimen =
+    Specimen { coat_roughness: 0.25, color: [0.05, 0.08, 0.2], specular: 1.0, base_roughness: 0.6, ..MATT };
+
 const COPPER: [f64; 3] = [0.95, 0.64, 0.54];
 
 /// All scenes.
-pub const SCENES: [Scene; 12] = [
+pub const SCENES: [Scene; 14] = [
     Scene {
         name: "furnace",
         about: "No coat, matt, reflects all: the picture is 1.",
@@ -97,8 +104,15 @@ pub const SCENES: [Scene; 12] = [
     },
     Scene {
         name: "coat-plastic-gradient",
-        about: "A nearly smooth coat over plastic.",
-        specimen: Specimen { coat_roughness: 0.1, color: [0.5, 0.1, 0.1], specular: 1.0, ..MATT },
+        about: "A nearly smooth coat over plastic as engines have it, with a reflection of its own below the coat.",
+        specimen: RED_PLASTIC,
+        sky: Sky::Gradient,
+        effort: 2,
+    },
+    Scene {
+        name: "coat-interface-gradient",
+        about: "The same over plastic of the coat's index: no interface lies between the two.",
+        specimen: Specimen { base: Base::Interface, ..RED_PLASTIC },
         sky: Sky::Gradient,
         effort: 2,
     },
@@ -111,14 +125,15 @@ pub const SCENES: [Scene; 12] = [
     },
     Scene {
         name: "coat-plastic-box",
-        about: "A coat over dark plastic in a dark room with one soft box.",
-        specimen: Specimen {
-            coat_roughness: 0.25,
-            color: [0.05, 0.08, 0.2],
-            specular: 1.0,
-            base_roughness: 0.6,
-            ..MATT
-        },
+        about: "A coat over dark plastic as engines have it in a dark room with one soft box.",
+        specimen: DARK_PLASTIC,
+        sky: Sky::Box,
+        effort: 6,
+    },
+    Scene {
+        name: "coat-interface-box",
+        about: "The same over dark plastic of the coat's index: no interface lies between the two.",
+        specimen: Specimen { base: Base::Interface, ..DARK_PLASTIC },
         sky: Sky::Box,
         effort: 6,
     },
