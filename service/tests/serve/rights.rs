@@ -151,8 +151,7 @@ fn pictures_that_are_not_drawn_cost_no_units() {
     let file = folder.path().join("keys.toml");
     std::fs::write(&file, KEYS.replace("units = 30", "units = 100")).unwrap();
     let cache = folder.path().join("cache");
-    let service =
-        start(&["--bearer-keys", file.to_str().unwrap(), "--cache", cache.to_str().unwrap()]);
+    let service = start(&["--bearer-keys", file.to_str().unwrap(), "--cache", cache.to_str().unwrap()]);
     let shop = [("Authorization", "Bearer shop-key-0123456789")];
     let left = |path: &str, model: &[u8], status: u16| {
         let answer = service.request("POST", path, &shop, model);
@@ -166,15 +165,14 @@ fn pictures_that_are_not_drawn_cost_no_units() {
     assert_eq!(left("/render?sizes=16,20&quality=draft&name=b.glb", &cube(), 200), 85);
 }
 
-/// Of several pictures, those that nobody waits for any more are not drawn, and cost nothing.
+/// Pictures of a request that nobody waits for any more are not drawn, and cost nothing.
 #[test]
 fn who_goes_away_pays_for_what_others_wait_for() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("keys.toml");
     std::fs::write(&file, KEYS).unwrap();
     let args = ["--bearer-keys", file.to_str().unwrap(), "--spare-workers", "0", "--wall-deadline", "600"];
-    let service =
-        start_with(Path::new(PROGRAM), &args, &[("OVERCOAT_BEARER", "free=free-key-0123456789")]);
+    let service = start_with(Path::new(PROGRAM), &args, &[("OVERCOAT_BEARER", "free=free-key-0123456789")]);
     let send = |query: &str, key: &str, id: &str| {
         let mut stream = service.connect();
         let length = cube().len();

@@ -39,7 +39,7 @@ fn the_process_is_measured() {
     assert!(of("overcoat_worker_cpu_seconds_total").unwrap() > 0.0, "{text}");
 }
 
-/// Who scales by the time in the queue has a number from the start, and counts descriptions as well.
+/// The time in the queue is a number from the start, for those who scale by it, and has descriptions as well.
 #[test]
 fn the_wait_is_measured_from_the_start() {
     let service = start(&[]);
