@@ -59,6 +59,8 @@ overcoat_service_files() {
     put 644 service/example.toml "$doc/examples/example.toml"
     put 644 service/presets.toml "$doc/examples/presets.toml"
     put 644 service/nginx.conf "$doc/examples/nginx.conf"
+    put 644 service/Caddyfile "$doc/examples/Caddyfile"
+    put 644 service/overcoat-socket.conf "$doc/examples/overcoat-socket.conf"
     for name in postinst prerm postrm; do
         put 755 "packaging/overcoat-service.$name" "$root/DEBIAN/$name"
     done

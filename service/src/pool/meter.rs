@@ -11,6 +11,7 @@ pub struct Meter(Mutex<Spent>);
 struct Spent {
     time: Option<Duration>,
     worker: Option<u32>,
+    pictures: usize,
 }
 
 impl Meter {
@@ -31,8 +32,19 @@ impl Meter {
         self.lock().worker
     }
 
+    /// Pictures that the last worker has ended with, drawn or failed.
+    #[must_use]
+    pub fn pictures(&self) -> usize {
+        self.lock().pictures
+    }
+
     pub(super) fn begin(&self, worker: Option<u32>) {
-        self.lock().worker = worker;
+        let mut spent = self.lock();
+        (spent.worker, spent.pictures) = (worker, 0);
+    }
+
+    pub(super) fn picture(&self) {
+        self.lock().pictures += 1;
     }
 
     pub(super) fn add(&self, time: Option<Duration>) {

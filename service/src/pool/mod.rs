@@ -299,10 +299,12 @@ impl Loaded<'_> {
                 }
                 (FromWorker::Picture { picture, told }, _) => {
                     let files = std::mem::take(&mut files);
+                    self.meter.picture();
                     drawn.push((picture, Ok(DrawnPicture { files, told: *told })));
                 }
                 (FromWorker::PictureFailed { picture, failure }, _) => {
                     files.clear();
+                    self.meter.picture();
                     drawn.push((picture, Err(failure)));
                 }
                 (FromWorker::Done, _) => break,

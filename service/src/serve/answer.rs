@@ -13,7 +13,7 @@ use std::fmt::Write;
 /// Warnings of a picture, a list in JSON.
 const WARNINGS: HeaderName = HeaderName::from_static("overcoat-warnings");
 /// Width and height of a picture.
-const SIZE: HeaderName = HeaderName::from_static("overcoat-size");
+pub(super) const SIZE: HeaderName = HeaderName::from_static("overcoat-size");
 /// Characters of all warnings at most.
 const LONGEST_WARNINGS: usize = 4000;
 

@@ -172,13 +172,16 @@ impl App {
         {
             trace.units_left(left);
         }
-        self.gate.enter(order).inspect_err(|_| self.give_back(trace, order))
+        self.gate.enter(order).inspect_err(|_| self.give_back(trace, order.price))
     }
 
-    /// Gives back the units of a request that no worker was given.
-    pub fn give_back(&self, trace: &Trace, order: &Order) {
-        if let Some(holder) = trace.holder() {
-            self.quotas.give_back(holder, order.price);
+    /// Gives back units of pictures that are not drawn.
+    pub fn give_back(&self, trace: &Trace, units: u64) {
+        if units > 0
+            && let Some(holder) = trace.holder()
+            && let Some(left) = self.quotas.give_back(holder, units)
+        {
+            trace.units_left(left);
         }
     }
 

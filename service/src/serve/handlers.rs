@@ -48,7 +48,9 @@ pub async fn pipeline(
     request: Request,
 ) -> Result<Response, Problem> {
     let options = operations::read(request.uri().query().unwrap_or_default(), &app.rules);
-    answer_body(&app, trace, request, options).await
+    let mut response = answer_body(&app, trace, request, options).await?;
+    operations::tell_size(response.headers_mut());
+    Ok(response)
 }
 
 /// Options of a query.

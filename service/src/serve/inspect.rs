@@ -98,9 +98,10 @@ async fn inspect(app: &Arc<App>, asked: Inspected) -> Result<Response, Problem> 
     let contents = tokio::spawn(async move {
         let begun = Instant::now();
         let turn = app.gate.turn(place).await;
-        let turn = turn.inspect_err(|_| app.give_back(&asked.trace, &asked.order))?;
+        let turn = turn.inspect_err(|_| app.give_back(&asked.trace, asked.order.price))?;
         app.metrics.units(asked.order.price);
         asked.trace.queue(begun.elapsed());
+        app.metrics.stage("queue", begun.elapsed().as_secs_f64() * 1000.0);
         let mut contents = describe(&app, &asked).await;
         // Once, as for pictures.
         if matches!(&contents, Err(problem) if problem.was_killed) {

@@ -92,6 +92,8 @@ impl Default for Metrics {
             keys_failures: Counter::default(),
         };
         metrics.register();
+        // There before the first request, so that who scales by the queue has a number for a service that nobody asks.
+        drop(metrics.stages.get_or_create(&one("stage", "queue")));
         metrics
     }
 }

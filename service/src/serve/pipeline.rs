@@ -1,8 +1,10 @@
 //! The part of Imaginary's interface that Nextcloud and others ask previews by.
 
+use super::answer::SIZE;
 use super::error::{Kind, Problem};
 use super::options::Options;
 use super::rules::Rules;
+use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use serde::Deserialize;
 use serde_json::Value;
 use url::form_urlencoded;
@@ -64,6 +66,19 @@ pub fn read(query: &str, rules: &Rules) -> Result<Options, Problem> {
     };
     options.set("size", &format!("{}x{}", fit(width), fit(height)), rules)?;
     Ok(options)
+}
+
+/// Tells the size as Imaginary does with `-return-size`. Nextcloud keeps such a picture as it is, and decodes and encodes any other one
+/// once more.
+pub fn tell_size(headers: &mut HeaderMap) {
+    let sides = |size: &HeaderValue| {
+        let (width, height) = size.to_str().ok()?.split_once('x')?;
+        Some((HeaderValue::from_str(width).ok()?, HeaderValue::from_str(height).ok()?))
+    };
+    if let Some((width, height)) = headers.get(SIZE).and_then(sides) {
+        headers.insert(HeaderName::from_static("image-width"), width);
+        headers.insert(HeaderName::from_static("image-height"), height);
+    }
 }
 
 /// A whole number, or a text that is one.

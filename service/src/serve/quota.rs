@@ -53,11 +53,13 @@ impl Quotas {
         Ok(Some(left - price))
     }
 
-    /// Gives back units of work that no worker was given.
-    pub fn give_back(&self, holder: &Holder, price: u64) {
-        if let Some(period) = self.lock().get_mut(&holder.name) {
-            period.spent = period.spent.saturating_sub(price);
-        }
+    /// Gives back units of pictures that are not drawn. Returns those that are left in the period, where there is a quota.
+    pub fn give_back(&self, holder: &Holder, price: u64) -> Option<u64> {
+        let units = holder.units?;
+        let mut periods = self.lock();
+        let period = periods.get_mut(&holder.name)?;
+        period.spent = period.spent.saturating_sub(price);
+        Some(units.saturating_sub(period.spent))
     }
 
     /// Forgets those who are no holders any more.
@@ -90,7 +92,7 @@ mod tests {
         assert_eq!((problem.kind, problem.retry_after), (Kind::Quota, Some(45)));
         assert_eq!(quotas.take(&holder, 11, at(15)).unwrap_err().kind, Kind::Price);
         assert_eq!(quotas.take(&holder, 4, at(59)).unwrap(), Some(0));
-        quotas.give_back(&holder, 4);
+        assert_eq!(quotas.give_back(&holder, 4), Some(4));
         assert_eq!(quotas.take(&holder, 3, at(59)).unwrap(), Some(1));
         assert_eq!(quotas.take(&holder, 10, at(60)).unwrap(), Some(0));
         // A time before the last is none that gives units.

@@ -255,16 +255,19 @@ async fn work(app: Arc<App>, of: Arc<Hashed>, mut led: Vec<Led>, order: Order, p
     if turn.is_ok() {
         led.retain(|led| led.lead.is_wanted());
     }
+    // Those that nobody waits for any more are not drawn.
+    let wanted = price_of(&led);
+    app.give_back(trace, order.price.saturating_sub(wanted));
     let outcomes = match turn {
         Err(problem) => {
-            app.give_back(trace, &order);
+            app.give_back(trace, wanted);
             vec![Err(problem); led.len()]
         }
-        Ok(_) if led.is_empty() => return app.give_back(trace, &order),
+        Ok(_) if led.is_empty() => return,
         Ok(turn) => {
             trace.queue(begun.elapsed());
             let queue = begun.elapsed().as_secs_f64() * 1000.0;
-            app.metrics.units(order.price);
+            app.metrics.units(wanted);
             app.metrics.stage("queue", queue);
             let begun = Instant::now();
             let mut drawn = draw(&app, &of, &led, queue).await;
@@ -273,7 +276,8 @@ async fn work(app: Arc<App>, of: Arc<Hashed>, mut led: Vec<Led>, order: Order, p
                 drawn = draw(&app, &of, &led, queue).await;
             }
             note(&app, &led, &drawn);
-            app.gate.note(order.price, begun.elapsed());
+            app.give_back(trace, undrawn_price(&led, &drawn, trace.meter.pictures()));
+            app.gate.note(wanted, begun.elapsed());
             app.metrics.worked(trace.meter.time());
             trace.worked();
             drop(turn);
@@ -292,6 +296,24 @@ async fn work(app: Arc<App>, of: Arc<Hashed>, mut led: Vec<Led>, order: Order, p
             app.cache.keep(&picture).await;
         }
         drop(landed);
+    }
+}
+
+/// Units of pictures together.
+fn price_of<'a>(led: impl IntoIterator<Item = &'a Led>) -> u64 {
+    let prices = led.into_iter().map(|led| led.piece.wanted.order.price);
+    prices.fold(0, u64::saturating_add)
+}
+
+/// Units of pictures that the worker has not begun: they were in the cache, or the work failed before, after so many pictures. The one
+/// that it failed in costs.
+fn undrawn_price(led: &[Led], drawn: &Result<Vec<Outcome>, Problem>, pictures: usize) -> u64 {
+    match drawn {
+        Ok(outcomes) => {
+            let all = led.iter().zip(outcomes);
+            price_of(all.filter(|(_, outcome)| matches!(outcome, Ok((_, "cache")))).map(|(led, _)| led))
+        }
+        Err(_) => price_of(led.iter().skip(pictures.saturating_add(1))),
     }
 }
 

@@ -99,9 +99,11 @@ impl Sources {
         if !path.starts_with(root) {
             return Err(outside());
         }
-        let name = file_name(&path.to_string_lossy());
+        // A name as it is: the path of the request was decoded, and a percent sign that is left belongs to the file.
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let name = plain(&file);
         let folder = Place::Folder(path.parent().unwrap_or(root).to_owned());
-        let model = folder.read(&name, self.limit).await.map_err(|missing| self.problem(missing))?;
+        let model = folder.read(&file, self.limit).await.map_err(|missing| self.problem(missing))?;
         let left = Arc::new(AtomicU64::new(self.limit));
         take(&left, model.len() as u64)?;
         let files = Counted { files: Box::new(FolderFiles::of_model(&path)), left };
@@ -157,7 +159,10 @@ fn take(left: &AtomicU64, bytes: u64) -> Result<(), Problem> {
 
 fn file_name(path: &str) -> String {
     let name = path.rsplit('/').next().unwrap_or_default();
-    let name = percent_encoding::percent_decode_str(name).decode_utf8_lossy();
+    plain(&percent_encoding::percent_decode_str(name).decode_utf8_lossy())
+}
+
+fn plain(name: &str) -> String {
     name.chars().filter(|c| !c.is_control() && *c != '/').collect()
 }
 

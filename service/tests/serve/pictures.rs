@@ -215,7 +215,12 @@ fn clients_ask_for_what_they_have_not() {
 fn previews_of_imaginary_are_made() {
     let service = start(&["--max-size", "256"]);
     let operations = "%5B%7B%22operation%22%3A%22fit%22%2C%22params%22%3A%7B%22width%22%3A1024%2C%22height%22%3A512%2C%22type%22%3A%22png%22%7D%7D%5D";
-    service.post(&format!("/pipeline?operations={operations}"), &model("rounded-cube.stl")).png(256, 128);
+    let answer = service.post(&format!("/pipeline?operations={operations}"), &model("rounded-cube.stl"));
+    answer.png(256, 128);
+    assert_eq!(
+        (answer.headers["image-width"].as_str(), answer.headers["image-height"].as_str()),
+        ("256", "128")
+    );
     assert_eq!(service.post("/pipeline", &model("rounded-cube.stl")).error(400).0, "options");
 }
 

@@ -1,6 +1,9 @@
 //! Rights of clients: keys, quotas, paths that expire, pages of other origins, sockets of the machine.
 
-use crate::service::{Answer, PROGRAM, Service, model, model_path, run, start, start_with};
+use crate::service::{
+    Answer, PROGRAM, Service, model, model_path, read_answer, run, send_signal, start, start_with,
+};
+use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -139,6 +142,70 @@ fn keys_have_limits_and_quotas() {
     assert_eq!((last.status, left(&last).as_deref()), (200, Some("4")));
     assert_eq!(service.metric("overcoat_refusals_total{kind=\"quota\"}"), 1.0);
     assert_eq!(service.metric("overcoat_units_total"), 26.0);
+}
+
+/// Pictures of one request that no worker has begun cost nothing: the request failed before them, or they were in the cache.
+#[test]
+fn pictures_that_are_not_drawn_cost_no_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("keys.toml");
+    std::fs::write(&file, KEYS.replace("units = 30", "units = 100")).unwrap();
+    let cache = folder.path().join("cache");
+    let service = start(&["--bearer-keys", file.to_str().unwrap(), "--cache", cache.to_str().unwrap()]);
+    let shop = [("Authorization", "Bearer shop-key-0123456789")];
+    let left = |path: &str, model: &[u8], status: u16| {
+        let answer = service.request("POST", path, &shop, model);
+        assert_eq!(answer.status, status, "{path}: {}", String::from_utf8_lossy(&answer.body));
+        answer.headers["overcoat-units-left"].parse::<u64>().unwrap()
+    };
+    // Five units each.
+    assert_eq!(left("/render?sizes=16,20,24&quality=draft", &cube()[..500], 422), 95);
+    assert_eq!(left("/render?size=16&quality=draft&name=a.glb", &cube(), 200), 90);
+    // That it is the same picture is known when the model is read: one of another name might look for other files.
+    assert_eq!(left("/render?sizes=16,20&quality=draft&name=b.glb", &cube(), 200), 85);
+}
+
+/// Pictures of a request that nobody waits for any more are not drawn, and cost nothing.
+#[test]
+fn who_goes_away_pays_for_what_others_wait_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("keys.toml");
+    std::fs::write(&file, KEYS).unwrap();
+    let args = ["--bearer-keys", file.to_str().unwrap(), "--spare-workers", "0", "--wall-deadline", "600"];
+    let service = start_with(Path::new(PROGRAM), &args, &[("OVERCOAT_BEARER", "free=free-key-0123456789")]);
+    let send = |query: &str, key: &str, id: &str| {
+        let mut stream = service.connect();
+        let length = cube().len();
+        let head = format!(
+            "POST /render?{query}&quality=draft HTTP/1.1\r\nHost: x\r\nX-Request-Id: {id}\r\n\
+             Authorization: Bearer {key}\r\nContent-Length: {length}\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).unwrap();
+        stream.write_all(&cube()).unwrap();
+        stream
+    };
+    // The only worker stands still with the first request.
+    let workers = service.workers();
+    workers.iter().for_each(|worker| send_signal("STOP", *worker));
+    let mut first = send("size=16", "free-key-0123456789", "first");
+    service.wait_for("overcoat_workers_busy", 1.0);
+    let gone = send("sizes=17,18,19", "shop-key-0123456789", "gone");
+    service.wait_for("overcoat_queue_length", 1.0);
+    // One of its pictures is the other's, too.
+    let mut other = send("sizes=18,20", "free-key-0123456789", "other");
+    service.wait_for("overcoat_queue_length", 2.0);
+    drop(gone);
+    // Those of the others, and that which asks.
+    wait_until(|| service.metric("overcoat_connections") == 3.0);
+    workers.iter().for_each(|worker| send_signal("CONT", *worker));
+    for stream in [&mut first, &mut other] {
+        let answer = read_answer(stream, "POST").unwrap();
+        assert_eq!(answer.status, 200, "{}", String::from_utf8_lossy(&answer.body));
+    }
+    assert_eq!(service.line("gone")["result"], "gone");
+    assert_eq!(service.metric("overcoat_units_total"), 15.0);
+    let answer = post(&service, "/render?size=16&quality=draft&view=top", Some("shop-key-0123456789"));
+    assert_eq!((answer.status, answer.headers["overcoat-units-left"].as_str()), (200, "20"));
 }
 
 #[test]

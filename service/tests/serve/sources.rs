@@ -70,6 +70,25 @@ fn folders_are_left_by_nobody() {
     assert_eq!(service.get("/_/plain/local:///etc/passwd@png").error(404).0, "not_found");
 }
 
+/// A path is decoded once: what looks encoded then is the name of a file.
+#[test]
+fn names_of_local_files_are_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, asked) in [
+        ("a b.glb", "a%20b.glb"),
+        ("a%20b.glb", "a%2520b.glb"),
+        ("ü@#?%.glb", "%C3%BC%40%23%3F%25.glb"),
+        ("below/x%2e.glb", "below/x%252e.glb"),
+    ] {
+        std::fs::create_dir_all(folder.path().join("below")).unwrap();
+        std::fs::copy(model_path("rounded-cube.glb"), folder.path().join(name)).unwrap();
+        let service = start(&["--allow-unsigned", "--local", folder.path().to_str().unwrap()]);
+        service.get(&format!("/_/size:16/plain/local://{asked}@png")).png(16, 16);
+        let encoded = URL_SAFE_NO_PAD.encode(format!("local://{name}"));
+        service.get(&format!("/_/size:16/{encoded}.png")).png(16, 16);
+    }
+}
+
 #[test]
 fn private_networks_are_refused() {
     let port = source_server(|_, _| ok(&model("rounded-cube.glb")));

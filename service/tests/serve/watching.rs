@@ -39,6 +39,19 @@ fn the_process_is_measured() {
     assert!(of("overcoat_worker_cpu_seconds_total").unwrap() > 0.0, "{text}");
 }
 
+/// The time in the queue is a number from the start, for those who scale by it, and has descriptions as well.
+#[test]
+fn the_wait_is_measured_from_the_start() {
+    let service = start(&[]);
+    let count = || service.metric("overcoat_render_seconds_count{stage=\"queue\"}");
+    let text = String::from_utf8(service.get("/metrics").body).unwrap();
+    assert_eq!(value(&text, "overcoat_render_seconds_sum{stage=\"queue\"}"), Some(0.0), "{text}");
+    service.post("/info", &model("rounded-cube.glb"));
+    assert_eq!(count(), 1.0);
+    service.post("/render?size=16", &model("rounded-cube.glb")).png(16, 16);
+    assert_eq!(count(), 2.0);
+}
+
 #[test]
 fn metrics_can_have_a_port_of_their_own() {
     let service = start(&["--metrics-listen", "127.0.0.1:0"]);
