@@ -2,7 +2,8 @@
 //!
 //! What reaches the floor is found once for a scene, in a picture of the floor from above (`ground_light.rs`), from the same
 //! depth maps that surfaces are shaded with; frames that share the scene share it. The tiles look it up where they see the floor,
-//! between the surfaces and what is behind them (`ground_pixels.rs`).
+//! between the surfaces and what is behind them (`ground_pixels.rs`), and add the light of a few lamps, whose shadows are too
+//! sharp for it (`ground_lamps.rs`).
 
 use super::options::RenderOptions;
 use overcoat_scene::{Footing, Scene};
