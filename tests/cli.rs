@@ -160,6 +160,13 @@ fn read_png(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
     (info.width, info.height, pixels)
 }
 
+/// Red, green and blue of the pixel in the middle of a 16 x 16 picture.
+fn middle(folder: &Path, name: &str) -> [u8; 3] {
+    let (_, _, pixels) = read_png(&fs::read(folder.join(name)).unwrap());
+    let at = 4 * (8 * 16 + 8);
+    [pixels[at], pixels[at + 1], pixels[at + 2]]
+}
+
 #[test]
 fn a_model_becomes_a_picture() {
     let folder = folder();

@@ -2,13 +2,6 @@
 
 use super::*;
 
-/// Red, green and blue of the pixel in the middle of a 16 x 16 picture.
-fn middle(folder: &Path, name: &str) -> [u8; 3] {
-    let (_, _, pixels) = read_png(&fs::read(folder.join(name)).unwrap());
-    let at = 4 * (8 * 16 + 8);
-    [pixels[at], pixels[at + 1], pixels[at + 2]]
-}
-
 #[test]
 fn materials_are_laid_over_models() {
     let folder = folder();
