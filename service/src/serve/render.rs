@@ -7,6 +7,7 @@ use super::cache::Picture;
 use super::error::{Kind, Problem};
 use super::flight::{Lead, Part, Wait};
 use super::gate::{Order, Place};
+use super::price;
 use super::trace::Trace;
 use crate::files::{Files, Needed};
 use crate::key::hash_of;
@@ -306,15 +307,13 @@ fn price_of<'a>(led: impl IntoIterator<Item = &'a Led>) -> u64 {
 }
 
 /// Units of pictures that the worker has not begun: they were in the cache, or the work failed before, after so many pictures. The one
-/// that it failed in costs.
+/// that it failed in costs, and so does a model that was read for nothing.
 fn undrawn_price(led: &[Led], drawn: &Result<Vec<Outcome>, Problem>, pictures: usize) -> u64 {
-    match drawn {
-        Ok(outcomes) => {
-            let all = led.iter().zip(outcomes);
-            price_of(all.filter(|(_, outcome)| matches!(outcome, Ok((_, "cache")))).map(|(led, _)| led))
-        }
-        Err(_) => price_of(led.iter().skip(pictures.saturating_add(1))),
-    }
+    let Ok(outcomes) = drawn else { return price_of(led.iter().skip(pictures.saturating_add(1))) };
+    let is_cached = |outcome: &Outcome| matches!(outcome, Ok((_, "cache")));
+    let all = led.iter().zip(outcomes);
+    let cached = price_of(all.filter(|(_, outcome)| is_cached(outcome)).map(|(led, _)| led));
+    if outcomes.iter().all(is_cached) { cached.saturating_sub(price::BASE) } else { cached }
 }
 
 /// Takes note of failures: of each picture, and of the whole work where it had one picture alone, since that of several does not say

@@ -151,18 +151,29 @@ fn pictures_that_are_not_drawn_cost_no_units() {
     let file = folder.path().join("keys.toml");
     std::fs::write(&file, KEYS.replace("units = 30", "units = 100")).unwrap();
     let cache = folder.path().join("cache");
-    let service = start(&["--bearer-keys", file.to_str().unwrap(), "--cache", cache.to_str().unwrap()]);
-    let shop = [("Authorization", "Bearer shop-key-0123456789")];
-    let left = |path: &str, model: &[u8], status: u16| {
-        let answer = service.request("POST", path, &shop, model);
+    let models = folder.path().join("models");
+    std::fs::create_dir(&models).unwrap();
+    let faces = "mtllib red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    ["a.obj", "b.obj", "c.obj"].map(|name| std::fs::write(models.join(name), faces).unwrap());
+    std::fs::write(models.join("red.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
+    let mut args = vec!["--bearer-keys", file.to_str().unwrap(), "--cache", cache.to_str().unwrap()];
+    args.extend(["--bearer-for", "all", "--allow-unsigned", "--local", models.to_str().unwrap()]);
+    let service = start(&args);
+    let ask = |method: &str, path: &str, model: &[u8], status: u16| {
+        let shop = [("Authorization", "Bearer shop-key-0123456789")];
+        let answer = service.request(method, path, &shop, model);
         assert_eq!(answer.status, status, "{path}: {}", String::from_utf8_lossy(&answer.body));
         answer.headers["overcoat-units-left"].parse::<u64>().unwrap()
     };
     // Five units each.
-    assert_eq!(left("/render?sizes=16,20,24&quality=draft", &cube()[..500], 422), 95);
-    assert_eq!(left("/render?size=16&quality=draft&name=a.glb", &cube(), 200), 90);
+    assert_eq!(ask("POST", "/render?sizes=16,20,24&quality=draft", &cube()[..500], 422), 95);
+    let left = |path: &str| ask("GET", path, &[], 200);
+    assert_eq!(left("/_/quality:draft/size:16/plain/local://a.obj@png"), 90);
     // That it is the same picture is known when the model is read: one of another name might look for other files.
-    assert_eq!(left("/render?sizes=16,20&quality=draft&name=b.glb", &cube(), 200), 85);
+    assert_eq!(left("/_/quality:draft/sizes:16,20/plain/local://b.obj@png"), 85);
+    // A model that is read for nothing costs what a description does, and not six units.
+    assert_eq!(left("/_/quality:draft/size:64/plain/local://a.obj@png"), 79);
+    assert_eq!(left("/_/quality:draft/size:64/plain/local://c.obj@png"), 74);
 }
 
 /// Pictures of a request that nobody waits for any more are not drawn, and cost nothing.
@@ -355,7 +366,7 @@ fn sockets_of_the_machine_are_listened_on() {
     let mut child = begin();
     wait_until(|| UnixStream::connect(&socket).is_ok());
     render();
-    crate::service::send_signal("TERM", child.id());
+    send_signal("TERM", child.id());
     assert!(child.wait().unwrap().success());
     assert!(!socket.exists());
 }
