@@ -414,6 +414,8 @@ mod by_option {
         let folder = tempfile::tempdir().unwrap();
         let text = document().to_string();
         std::fs::write(folder.path().join("x.gltf"), &text).unwrap();
+        let sky = [&b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n"[..], &[128; 32]].concat();
+        std::fs::write(folder.path().join("sky.hdr"), sky).unwrap();
         let mut tangled = document();
         tangled["materials"][0]["alphaMode"] = "OPAQUE".into();
         std::fs::write(folder.path().join("opaque.gltf"), tangled.to_string()).unwrap();
@@ -429,7 +431,8 @@ mod by_option {
             ("nodes", "x.gltf", Some(7), &[]),
             ("depth", "x.gltf", Some(3), &[]),
             ("textures", "x.gltf", Some(2), &[]),
-            ("texture_pixels", "x.gltf", Some(6), &[]),
+            // Of pictures of models smaller levels are drawn, or none; an environment is whole.
+            ("texture_pixels", "x.gltf", Some(8), &["--env", "sky.hdr"]),
             ("total_texture_pixels", "x.gltf", Some(10), &[]),
             ("lights", "x.gltf", Some(2), &[]),
             ("output_side", "x.gltf", Some(80), &wide),

@@ -370,12 +370,10 @@ fn ktx2_textures() {
     let level = loaded.scene.textures()[0].levels().next().unwrap();
     assert_eq!(level.texels[..], [[10, 20, 30, 255], [40, 50, 60, 255]]);
     // Its size is looked at before it is decoded, and damage is a loss with a name.
-    let limits = Limits::default().with_texture_pixels(1);
-    let error = model.load_within(&limits).unwrap_err().to_string();
-    assert!(
-        error.contains("image 1 'k' of 2 x 1 texels: 2 exceeds the limit of 1 (texture_pixels)"),
-        "{error}"
-    );
+    let loaded = model.load_within(&Limits::default().with_texture_pixels(1)).unwrap();
+    let [message] = messages(&loaded)[..] else { panic!("{:?}", messages(&loaded)) };
+    assert!(message.starts_with("image 1 'k' of 2 x 1 texels is drawn from 1 x 1"), "{message}");
+    assert_eq!(loaded.scene.textures()[0].width(), 1);
     let place = model.json["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;
     model.bytes[place + 88] = 4;
     let loaded = model.load().unwrap();
@@ -518,9 +516,18 @@ fn claims_of_images_are_limited() {
         Err(LoadError::Limit(e)) => e.to_string(),
         other => panic!("{other:?}"),
     };
-    assert_eq!(
-        limit(Limits::default().with_texture_pixels(1)),
-        "image 0 'picture' of 2 x 1 texels: 2 exceeds the limit of 1 (texture_pixels)"
+    // A smaller level is drawn, or none.
+    let of = |pixels| model.load_within(&Limits::default().with_texture_pixels(pixels)).unwrap();
+    let texel = of(1).scene.textures()[0].levels().next().unwrap().texels.to_vec();
+    let whole = model.load().unwrap().scene.textures()[0].levels().nth(1).unwrap().texels.to_vec();
+    assert_eq!(texel, whole);
+    let none = of(0);
+    assert!(none.scene.textures().is_empty());
+    let message = messages(&none)[0];
+    assert!(
+        message.starts_with("image 0 'picture' (")
+            && message.ends_with(": 2 texels exceed the limit of 0 (texture_pixels); drawn without it"),
+        "{message}"
     );
     assert_eq!(limit(Limits::default().with_textures(0)), "textures: 1 exceeds the limit of 0 (textures)");
 }

@@ -1,8 +1,8 @@
 //! Budget of memory: bytes granted to a file so far, held against its limit.
 use crate::image::Header;
+use crate::shares::{Pass, Shares};
 use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_scene::level_size;
-use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// From so many bytes on the system is asked whether it has them.
@@ -13,13 +13,23 @@ const LARGE: u64 = 1 << 20;
 #[derive(Debug)]
 pub(crate) struct Budget {
     used: u64,
+    /// Those of them that textures take.
+    textures: u64,
     limit: u64,
     /// Texels of textures as they are kept, against [`Limits::total_texture_pixels`].
     pixels: u64,
     pixel_limit: u64,
     /// Texels of textures as they are stored, against [`DECODED`] times as many.
     stored: u64,
+    /// Bytes of textures that are made of others.
+    made: u64,
+    /// Shares of textures that the file names one by one.
+    shares: Option<Shares>,
 }
+
+/// Part of all bytes, one in so many, that textures that are made of others take before all others are measured: they are decoded at
+/// once, and if not all fit that was in vain.
+const MADE: u64 = 8;
 
 /// Texels that a file may store for each texel that may be kept: decoding takes time, and no memory where it goes by rows.
 const DECODED: u64 = 8;
@@ -40,18 +50,33 @@ pub(crate) struct Claim {
     pub(crate) transient: u64,
     /// Beyond what may be decoded.
     pub(crate) left_out: bool,
+    /// It is made of others, which are decoded for themselves.
+    pub(crate) is_made: bool,
 }
 
 impl Claim {
     /// Claim to the whole of a texture.
     pub(crate) fn new(size: [u32; 2], per_texel: u64) -> Self {
-        Self { size, per_texel, finest: 0, transient: 0, left_out: false }
+        Self { size, per_texel, finest: 0, transient: 0, left_out: false, is_made: false }
     }
 
-    /// Claim to the whole of a picture with this header.
+    /// Claim to the whole of a texture that is made of others.
+    fn made(size: [u32; 2], per_texel: u64) -> Self {
+        Self { is_made: true, ..Self::new(size, per_texel) }
+    }
+
+    /// Claim to the whole of a picture with this header, or to as much as one picture may have.
     pub(crate) fn of(header: &Header, per_texel: u64) -> Self {
-        let transient = header.transient_bytes();
-        Self { transient, ..Self::new([header.width, header.height], per_texel) }
+        let (transient, finest) = (header.transient_bytes(), header.excess());
+        Self { transient, finest, ..Self::new([header.width, header.height], per_texel) }
+    }
+
+    /// The claim to as many of its levels as the limit of one texture allows.
+    pub(crate) fn within(mut self, limits: &Limits) -> Self {
+        while self.texels() > limits.texture_pixels && self.texels() > 1 {
+            self.finest = self.finest.saturating_add(1);
+        }
+        self
     }
 
     /// Texels that are kept.
@@ -59,9 +84,45 @@ impl Claim {
         if self.left_out { 0 } else { area(level_size(self.size, self.finest)) }
     }
 
+    /// Those of them that count as texels of textures.
+    fn pixels(&self) -> u64 {
+        if self.is_made { 0 } else { self.texels() }
+    }
+
+    /// Texels that are decoded.
+    fn stored(&self) -> u64 {
+        if self.is_made { 0 } else { area(self.size) }
+    }
+
     fn bytes(&self) -> u64 {
         self.texels().saturating_mul(self.per_texel)
     }
+
+    /// Takes one of equal shares: the finest levels go while they are larger.
+    pub(crate) fn reduce_to(&mut self, share: &mut Share) {
+        let stored = self.stored();
+        if stored > share.largest || stored == share.largest && share.count == 0 {
+            self.left_out = true;
+            return;
+        }
+        if stored == share.largest {
+            share.count = share.count.saturating_sub(1);
+        }
+        while self.texels() > share.texels && self.texels() > SMALL {
+            self.finest = self.finest.saturating_add(1);
+        }
+    }
+}
+
+/// Part of a budget that each of several textures may have: depending on their sizes only, so that equals are kept equally.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Share {
+    /// Most texels that are kept, but for textures of [`SMALL`] and fewer.
+    texels: u64,
+    /// Stored texels of the largest that are decoded,
+    largest: u64,
+    /// and number of those that have so many.
+    count: u64,
 }
 
 /// Texels of an image. Two numbers of 32 bits have a product of 64.
@@ -77,8 +138,17 @@ impl Budget {
             limit: limits.decoded_bytes,
             pixels: 0,
             pixel_limit: limits.total_texture_pixels,
+            textures: 0,
             stored: 0,
+            made: 0,
+            shares: None,
         }
+    }
+
+    /// Budget of which nothing is used yet, for a reader that names textures one by one: they are granted by [`Budget::grant`].
+    pub(crate) fn shared(limits: &Limits, shares: &Shares) -> Self {
+        shares.start();
+        Self { shares: Some(shares.clone()), ..Self::new(limits) }
     }
 
     /// Grants `count` elements of `size` bytes.
@@ -99,50 +169,168 @@ impl Budget {
             Limits::check(what, asked, self.limit, "decoded_bytes")?;
         }
         self.used = asked;
+        if let Some(shares) = &self.shares {
+            shares.count_others(self.used.saturating_sub(self.textures));
+        }
         Ok(())
     }
 
+    /// Grants bytes of textures.
+    fn charge_bytes(
+        &mut self,
+        what: impl FnOnce() -> String,
+        count: u64,
+        size: u64,
+    ) -> Result<(), LimitExceeded> {
+        let bytes = count.saturating_mul(size);
+        self.textures = self.textures.saturating_add(bytes);
+        let granted = self.charge(what, count, size);
+        if granted.is_err() {
+            self.textures = self.textures.saturating_sub(bytes);
+        }
+        granted
+    }
+
+    /// Grants a texture that is one of many, as finely as its share allows; false if it is only measured this time.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] naming it, if it is to be left out.
+    pub(crate) fn grant(&mut self, name: &str, claim: &mut Claim) -> Result<bool, LimitExceeded> {
+        let what = || name.to_owned();
+        let Some(shares) = self.shares.clone() else {
+            self.fit_one(claim);
+            return self.charge_texture(what, claim).map(|()| true);
+        };
+        match shares.pass() {
+            Pass::Trial => {
+                shares.note(*claim);
+                let is_granted = self.charge_texture(what, claim).is_ok();
+                if is_granted {
+                    shares.say_reduced(name, claim.size, claim.finest);
+                } else {
+                    shares.measure();
+                }
+                Ok(is_granted)
+            }
+            Pass::Survey => {
+                shares.note(*claim);
+                Ok(false)
+            }
+            Pass::Shared => {
+                shares.reduce(claim);
+                if claim.left_out {
+                    let what =
+                        format!("{name}, with the texels of textures that are no larger as they are stored");
+                    return Err(LimitExceeded::beyond(&what, self.stored_limit(), "total_texture_pixels"));
+                }
+                self.charge_texture(what, claim)?;
+                shares.say_reduced(name, claim.size, claim.finest);
+                Ok(true)
+            }
+        }
+    }
+
+    /// Grants a texture that is made of others, of so many bytes for each texel; its size, or `None` if it is only measured this time.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] naming it, if it is to be left out.
+    pub(crate) fn grant_made(
+        &mut self,
+        name: &str,
+        size: [u32; 2],
+        per_texel: u64,
+    ) -> Result<Option<[u32; 2]>, LimitExceeded> {
+        let mut claim = Claim::made(size, per_texel);
+        let Some(shares) = self.shares.clone() else {
+            return self.charge(|| name.to_owned(), area(size), per_texel).map(|()| Some(size));
+        };
+        match shares.pass() {
+            Pass::Trial => {
+                shares.note(claim);
+                self.made = self.made.saturating_add(claim.bytes());
+                let is_granted = self.made <= self.limit / MADE
+                    && self.charge_bytes(String::new, area(size), per_texel).is_ok();
+                if !is_granted {
+                    shares.measure();
+                }
+                Ok(is_granted.then_some(size))
+            }
+            Pass::Survey => {
+                shares.note(claim);
+                Ok(None)
+            }
+            Pass::Shared => {
+                // It is as small as its parts are, as a rule.
+                shares.reduce(&mut claim);
+                self.charge_bytes(|| name.to_owned(), claim.texels(), per_texel)?;
+                shares.say_reduced(name, size, claim.finest);
+                Ok(Some(level_size(size, claim.finest)))
+            }
+        }
+    }
+
     /// Makes textures fit into what is left, if they do not: the largest beyond what may be decoded are left out, then again and
-    /// again the largest loses its finest level. Those of [`SMALL`] and fewer texels stay as they are.
+    /// again the largest lose their finest level. Those of [`SMALL`] and fewer texels stay as they are.
     pub(crate) fn fit(&self, claims: &mut [Claim]) {
-        self.leave_out(claims);
+        let mut share = self.share(claims, false);
+        claims.iter_mut().for_each(|claim| claim.reduce_to(&mut share));
+    }
+
+    /// Equal shares of textures that claims are to the whole of, into what is left, if they do not fit. All else may be granted
+    /// already.
+    pub(crate) fn share(&self, claims: &[Claim], is_last: bool) -> Share {
+        let mut share = self.decodable(claims);
+        let (mut claims, mut decoded) = (claims.to_vec(), share);
+        claims.iter_mut().for_each(|claim| claim.reduce_to(&mut decoded));
         let (mut pixels, mut bytes) = claims
             .iter()
-            .fold((0_u64, 0_u64), |(p, b), c| (p.saturating_add(c.texels()), b.saturating_add(c.bytes())));
+            .fold((0_u64, 0_u64), |(p, b), c| (p.saturating_add(c.pixels()), b.saturating_add(c.bytes())));
         let pixel_room = self.pixel_limit.saturating_sub(self.pixels);
         let transient = claims.iter().map(|claim| claim.transient).max().unwrap_or(0);
         let left = self.left().saturating_sub(transient);
         if pixels <= pixel_room && bytes <= left {
-            return;
+            return share;
         }
         // Geometry comes after them.
-        let byte_room = if bytes > left { left / 2 } else { left };
-        let mut largest: BinaryHeap<_> =
-            claims.iter().enumerate().map(|(k, claim)| (claim.texels(), Reverse(k))).collect();
+        let byte_room = if bytes > left && !is_last { left / 2 } else { left };
+        let mut largest: BinaryHeap<(u64, usize)> =
+            claims.iter().enumerate().map(|(k, claim)| (claim.texels(), k)).collect();
         while pixels > pixel_room || bytes > byte_room {
-            let Some((texels, Reverse(k))) = largest.pop().filter(|(texels, _)| *texels > SMALL) else {
-                return;
+            let Some((most, _)) = largest.peek().copied().filter(|(texels, _)| *texels > SMALL) else {
+                break;
             };
-            let Some(claim) = claims.get_mut(k) else { return };
-            let before = claim.bytes();
-            claim.finest = claim.finest.saturating_add(1);
-            pixels = pixels.saturating_sub(texels).saturating_add(claim.texels());
-            bytes = bytes.saturating_sub(before).saturating_add(claim.bytes());
-            largest.push((claim.texels(), Reverse(k)));
+            share.texels = most.saturating_sub(1);
+            // Equals together.
+            while largest.peek().is_some_and(|(texels, _)| *texels == most) {
+                let Some((_, k)) = largest.pop() else { break };
+                let Some(claim) = claims.get_mut(k) else { break };
+                let before = (claim.pixels(), claim.bytes());
+                claim.finest = claim.finest.saturating_add(1);
+                pixels = pixels.saturating_sub(before.0).saturating_add(claim.pixels());
+                bytes = bytes.saturating_sub(before.1).saturating_add(claim.bytes());
+                largest.push((claim.texels(), k));
+            }
         }
+        share
     }
 
-    /// Leaves out the largest textures, from the last on, until the others may be decoded. One that is larger than all that may be
-    /// decoded stays: it is refused by name.
-    fn leave_out(&self, claims: &mut [Claim]) {
+    /// Share without the largest textures, as many as are more than may be decoded.
+    fn decodable(&self, claims: &[Claim]) -> Share {
+        let mut share = Share { texels: u64::MAX, largest: u64::MAX, count: u64::MAX };
         let mut room = self.stored_limit().saturating_sub(self.stored);
-        let mut smallest_first: Vec<&mut Claim> = claims.iter_mut().collect();
-        smallest_first.sort_by_key(|claim| area(claim.size));
-        for (number, claim) in smallest_first.into_iter().enumerate() {
-            let texels = area(claim.size);
-            claim.left_out = number > 0 && texels > room && texels > SMALL;
-            room = room.saturating_sub(texels);
+        let mut sizes: Vec<u64> = claims.iter().map(Claim::stored).collect();
+        sizes.sort_unstable();
+        for same in sizes.chunk_by(|a, b| a == b) {
+            let Some(&texels) = same.first() else { continue };
+            let count = same.len() as u64;
+            let fitting = room.checked_div(texels).unwrap_or(u64::MAX).min(count);
+            if fitting < count && texels > SMALL {
+                return Share { largest: texels, count: fitting, ..share };
+            }
+            room = room.saturating_sub(texels.saturating_mul(count));
         }
+        share.count = u64::MAX;
+        share
     }
 
     /// Most texels of textures as they are stored.
@@ -176,7 +364,7 @@ impl Budget {
         let stored = self.stored.saturating_add(area(claim.size));
         let all = || format!("{}, with the texels of textures before it as they are stored", what());
         Limits::check(all, stored, self.stored_limit(), "total_texture_pixels")?;
-        self.charge(&what, claim.texels(), claim.per_texel)?;
+        self.charge_bytes(&what, claim.texels(), claim.per_texel)?;
         Limits::check(what, claim.transient, self.left(), "decoded_bytes")?;
         (self.pixels, self.stored) = (asked, stored);
         Ok(())
@@ -245,10 +433,10 @@ mod tests {
         let sizes = [[1024, 1024], [512, 512], [1024, 1024], [256, 128]];
         let all = 2 * (1 << 20) + (1 << 18) + (1 << 15);
         assert_eq!(levels(pixels(all), &sizes), (vec![0; 4], true));
-        // The first of equals.
-        assert_eq!(levels(pixels(all - 1), &sizes), (vec![1, 0, 0, 0], true));
+        // Equals together.
+        assert_eq!(levels(pixels(all - 1), &sizes), (vec![1, 0, 1, 0], true));
         assert_eq!(levels(pixels(1 << 20), &sizes), (vec![1, 0, 1, 0], true));
-        assert_eq!(levels(pixels(600_000), &sizes), (vec![2, 1, 1, 0], true));
+        assert_eq!(levels(pixels(600_000), &sizes), (vec![2, 1, 2, 0], true));
         assert_eq!(levels(Limits::default().with_decoded_bytes(6 * all), &sizes), (vec![0; 4], true));
         assert_eq!(
             levels(Limits::default().with_decoded_bytes(6 * all - 1), &sizes),

@@ -5,18 +5,29 @@ use crate::image::{self, Header, Picture};
 use crate::warnings::Warnings;
 use crate::{LoadError, TextureLoading};
 use overcoat_core::limits::LimitExceeded;
-use overcoat_scene::{AlphaUse, ColorSpace, Image, ImageSource, LazyImage, Sampler, Texture, level_size};
+use overcoat_scene::{
+    AlphaUse, ColorSpace, Image, ImageSource, LazyImage, Sampler, SceneError, Texture, level_size,
+};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Colour space, use of alpha and sampler of a texture.
 pub(crate) type Form = (ColorSpace, AlphaUse, Sampler);
 
+/// Stands for a picture that is only measured.
+///
+/// # Errors
+/// None.
+pub(crate) fn unseen() -> Result<Image, SceneError> {
+    Image::new(1, 1, vec![[255; 4]])
+}
+
 /// An image as its file has it.
 #[derive(Clone)]
 pub(crate) struct EncodedImage {
     /// Name in messages, with the format of the model.
     pub(crate) name: String,
+    /// None of an image that is only measured.
     pub(crate) bytes: Arc<Vec<u8>>,
     pub(crate) header: Header,
     /// Mip level that is level 0 of its textures.
@@ -24,7 +35,7 @@ pub(crate) struct EncodedImage {
 }
 
 impl EncodedImage {
-    /// Claims so many bytes for each texel, and what decoding takes for a while: as much of the image as fits.
+    /// Claims so many bytes for each texel, and what decoding takes for a while: as much of the image as is its share.
     ///
     /// # Errors
     /// [`LimitExceeded`] naming the image.
@@ -35,9 +46,18 @@ impl EncodedImage {
         budget: &mut Budget,
     ) -> Result<Self, LimitExceeded> {
         let mut claim = Claim::of(&header, per_texel);
-        budget.fit_one(&mut claim);
-        budget.charge_texture(|| name.clone(), &claim)?;
+        let bytes = if budget.grant(&name, &mut claim)? { bytes } else { Vec::new() };
         Ok(Self { name, bytes: Arc::new(bytes), header, finest: claim.finest })
+    }
+
+    /// True if only its size is wanted: it is never drawn.
+    fn is_measured(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// Width and height of what is kept.
+    pub(crate) fn kept_size(&self) -> [u32; 2] {
+        level_size([self.header.width, self.header.height], self.finest)
     }
 
     /// Textures in some forms, to be decoded when a picture reads them.
@@ -52,10 +72,10 @@ impl EncodedImage {
         Texture::lazy(&self.lazy([form]), 0)
     }
 
-    /// Texture in one form, decoded now, of an image that can be read at halves of its size: its levels are not made of its texels
-    /// alone. `None` for others, and if it is not sound.
+    /// Texture in one form, decoded now, of an image that can be read at halves of its size, as its levels are not made of its texels
+    /// alone, or that is kept smaller than it is. `None` for others, and if it is not sound.
     pub(crate) fn streamed(&self, form: Form) -> Option<Texture> {
-        if self.header.halvings() == 0 {
+        if self.header.halvings() == 0 && self.finest == 0 {
             return None;
         }
         self.lazy_texture(form)?.streamed()
@@ -72,11 +92,20 @@ impl EncodedImage {
     /// # Errors
     /// [`ImageError`](image::ImageError).
     pub(crate) fn decode(&self) -> Result<Picture, image::ImageError> {
+        if self.is_measured() {
+            let image = unseen().map_err(|error| image::ImageError::Damaged(error.to_string()))?;
+            return Ok(Picture { image, flaw: None });
+        }
+        let (space, alpha, sampler) = (ColorSpace::Linear, AlphaUse::Data, Sampler::default());
+        if self.finest > 0
+            && let Some(kept) = self.streamed((space, alpha, sampler))
+        {
+            return Ok(Picture { image: Image::clone(kept.image()), flaw: None });
+        }
         let Picture { image, flaw } = image::decode(&self.bytes, &self.header)?;
         if self.finest == 0 {
             return Ok(Picture { image, flaw });
         }
-        let (space, alpha, sampler) = (ColorSpace::Linear, AlphaUse::Data, Sampler::default());
         let kept = Texture::from_level(Arc::new(image), space, alpha, sampler, self.finest);
         Ok(Picture { image: Image::clone(kept.image()), flaw })
     }
@@ -92,7 +121,7 @@ impl EncodedImage {
         loading: TextureLoading,
         warnings: &mut Warnings,
     ) -> Result<Option<Texture>, LoadError> {
-        if loading == TextureLoading::ByNeed || self.finest > 0 {
+        if loading == TextureLoading::ByNeed || self.finest > 0 || self.is_measured() {
             return Ok(self.lazy_texture(form));
         }
         if let Some(texture) = self.streamed(form) {
@@ -167,8 +196,24 @@ pub(crate) struct Reduction<'a> {
 impl<'a> Reduction<'a> {
     /// The reduction of an image of which the levels from `finest` on are kept, if that is not all of it.
     pub(crate) fn of(name: &'a str, header: &Header, finest: u32) -> Option<Self> {
-        let size = [header.width, header.height];
-        (finest > 0).then(|| Self { name, size, kept: level_size(size, finest) })
+        (finest > 0).then(|| Self::new(name, [header.width, header.height], finest))
+    }
+
+    /// The reduction of a texture of this size to the levels from `finest` on.
+    pub(crate) fn new(name: &'a str, size: [u32; 2], finest: u32) -> Self {
+        Self { name, size, kept: level_size(size, finest) }
+    }
+
+    /// Warns of it, and of so many more.
+    pub(crate) fn warn(&self, more: usize, warnings: &mut Warnings) {
+        let Self { name, size: [width, height], kept: [w, h] } = self;
+        let more = match more {
+            0 => String::new(),
+            more => format!(", and {more} more"),
+        };
+        warnings.add(|| {
+            format!("{name} of {width} x {height} texels is drawn from {w} x {h}{more}: the textures are large (texture_pixels, total_texture_pixels, decoded_bytes)")
+        });
     }
 }
 
@@ -188,12 +233,7 @@ pub(crate) fn warn_of_left_out(names: Vec<String>, warnings: &mut Warnings) {
 /// Warns of textures that are kept smaller: of the first of them by name.
 pub(crate) fn warn_of_reduced<'a>(reduced: impl IntoIterator<Item = Reduction<'a>>, warnings: &mut Warnings) {
     let mut reduced = reduced.into_iter();
-    let Some(Reduction { name, size: [width, height], kept: [w, h] }) = reduced.next() else { return };
-    let more = match reduced.count() {
-        0 => String::new(),
-        more => format!(", and {more} more"),
-    };
-    warnings.add(|| {
-        format!("{name} of {width} x {height} texels is drawn from {w} x {h}{more}: the textures are large (total_texture_pixels, decoded_bytes)")
-    });
+    if let Some(first) = reduced.next() {
+        first.warn(reduced.count(), warnings);
+    }
 }

@@ -19,6 +19,15 @@ pub(crate) fn probe(what: &str, bytes: &[u8], limits: &Limits) -> Result<Header,
     texture::probe(what, bytes, limits, foreign::what_it_is)
 }
 
+/// [`probe`] of a picture that may be kept smaller: of one with more texels than that, if it is read by rows, the finest mip levels
+/// are left out ([`Header::excess`]).
+///
+/// # Errors
+/// [`ImageError`].
+pub(crate) fn probe_large(what: &str, bytes: &[u8], limits: &Limits) -> Result<Header, ImageError> {
+    texture::probe_large(what, bytes, limits, foreign::what_it_is)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -84,6 +84,7 @@ mod polygon;
 mod resolver;
 #[cfg(feature = "more-models")]
 mod scans;
+mod shares;
 mod splat_clouds;
 #[cfg(feature = "more-models")]
 mod splats;
@@ -510,15 +511,26 @@ fn read_meshes(
     options: &LoadOptions,
     context: &Context<'_>,
 ) -> Result<Loaded, LoadError> {
+    shares::read(context.limits, |shares| read_once(bytes, format, options, context, shares))
+}
+
+/// Reads such a file with shares for its textures, where it names them one by one.
+fn read_once(
+    bytes: &[u8],
+    format: Format,
+    options: &LoadOptions,
+    context: &Context<'_>,
+    shares: &shares::Shares,
+) -> Result<Loaded, LoadError> {
     match format {
         #[cfg(feature = "obj")]
         Format::Obj => obj::load(bytes, context, options.textures),
         #[cfg(feature = "ply-stl")]
         Format::Stl => stl::load(bytes, context),
         #[cfg(feature = "ply-stl")]
-        Format::Ply => ply::load(bytes, context, options.textures),
+        Format::Ply => ply::load(bytes, context, options.textures, shares),
         #[cfg(feature = "3mf")]
-        Format::ThreeMf => threemf::load(bytes, context, options),
+        Format::ThreeMf => threemf::load(bytes, context, options, shares),
         #[cfg(feature = "more-models")]
         Format::Splat => splats::splat::load(bytes, context),
         #[cfg(feature = "more-models")]
@@ -536,19 +548,19 @@ fn read_meshes(
         #[cfg(feature = "more-models")]
         Format::Ptx => scans::ptx::load(bytes, context),
         #[cfg(feature = "more-models")]
-        Format::Collada => collada::load(bytes, context, options.textures),
+        Format::Collada => collada::load(bytes, context, options.textures, shares),
         #[cfg(feature = "more-models")]
         Format::Sog => splats::sog::load(bytes, context),
         #[cfg(feature = "more-models")]
-        Format::Amf => amf::load(bytes, context),
+        Format::Amf => amf::load(bytes, context, shares),
         #[cfg(feature = "more-models")]
         Format::Vox => vox::load(bytes, context),
         #[cfg(feature = "more-models")]
-        Format::Fbx => fbx::load(bytes, context, options.textures),
+        Format::Fbx => fbx::load(bytes, context, options.textures, shares),
         #[cfg(feature = "more-models")]
-        Format::ThreeDs => three_ds::load(bytes, context, options.textures),
+        Format::ThreeDs => three_ds::load(bytes, context, options.textures, shares),
         #[cfg(feature = "more-models")]
-        Format::Usd => usd::load(bytes, context, options.textures),
+        Format::Usd => usd::load(bytes, context, options.textures, shares),
         #[cfg(feature = "more-models")]
         Format::E57 => scans::e57::load(bytes, context),
         #[cfg(all(feature = "more-models", feature = "compression"))]
@@ -556,11 +568,11 @@ fn read_meshes(
         #[cfg(feature = "more-models")]
         Format::Tile => tiles::load(bytes, context, options.textures),
         #[cfg(feature = "more-models")]
-        Format::Vrml => x3d::load(bytes, context, options.textures),
+        Format::Vrml => x3d::load(bytes, context, options.textures, shares),
         #[cfg(feature = "more-models")]
-        Format::X3d => x3d::load(bytes, context, options.textures),
+        Format::X3d => x3d::load(bytes, context, options.textures, shares),
         _ => {
-            let _ = (bytes, options, context);
+            let _ = (bytes, options, context, shares);
             Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT))
         }
     }

@@ -3,7 +3,7 @@
 use super::budget::Budget;
 use super::clay::clay;
 use super::encoded_image::EncodedImage;
-use super::image;
+use super::image::{self, ImageError};
 use super::nearby::Nearby;
 use super::text::quoted;
 use super::{Context, LoadError, Loaded, Warning};
@@ -142,13 +142,11 @@ pub(super) fn picture_of(
     context: &Context<'_>,
     budget: &mut Budget,
 ) -> Result<Result<EncodedImage, String>, LoadError> {
-    match image::probe(&what, &bytes, context.limits) {
+    match image::probe_large(&what, &bytes, context.limits) {
         // Texels, their mip levels and what is made of them.
         Ok(header) => Ok(EncodedImage::charged(what, (bytes, header), 12, budget)
             .map_err(|limit| format!("{limit}; it is left out"))),
-        Err(error) => {
-            let loss = error.loss()?;
-            Ok(Err(format!("{what} is left out: {loss}")))
-        }
+        Err(ImageError::Limit(limit)) => Ok(Err(format!("{limit}; it is left out"))),
+        Err(ImageError::Damaged(loss)) => Ok(Err(format!("{what} is left out: {loss}"))),
     }
 }

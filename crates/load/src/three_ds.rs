@@ -5,12 +5,12 @@
 //! where they share an edge; faces of no group are flat. +Z is up. Cameras, lights and the animation of the keyframer have no effect.
 
 use super::budget::Budget;
-use super::encoded_image::warn_of_reduced;
 use super::mesh_formats::{
     add_object, check_input, check_mesh, default_material, drawable, finish, material_of, read_picture,
 };
 use super::names::name_of;
 use super::normals::add_smooth_normals;
+use super::shares::Shares;
 use super::text::quoted;
 use super::vertices::position_classes;
 use super::warnings::{Warnings, counted};
@@ -229,6 +229,7 @@ pub(crate) fn load(
     bytes: &[u8],
     context: &Context<'_>,
     loading: TextureLoading,
+    shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
     let mut main = Chunks::new(bytes);
@@ -240,7 +241,7 @@ pub(crate) fn load(
         loading,
         scene: Scene::new(),
         warnings: Warnings::default(),
-        budget: Budget::new(context.limits),
+        budget: Budget::shared(context.limits, shares),
         surfaces: BTreeMap::new(),
         materials: BTreeMap::new(),
         textures: BTreeMap::new(),
@@ -502,7 +503,6 @@ impl Builder<'_> {
         Limits::check(|| format!("{FORMAT}: the number of textures"), count, limit, "textures")?;
         let texture = match read_picture(FORMAT, self.context, file, &mut self.budget)? {
             Ok(image) => {
-                warn_of_reduced(image.reduction(), &mut self.warnings);
                 let form = (ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
                 image.texture(form, self.loading, &mut self.warnings)?
             }

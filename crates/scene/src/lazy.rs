@@ -161,11 +161,12 @@ impl Form {
 
 impl Form {
     /// All of `texture`, which is of this form, made while the rows of its image come in. `None` if that cannot be done, or if its
-    /// levels are those that [`Texture::new`] makes: then the image may be kept.
+    /// levels are those that [`Texture::new`] makes and the first is the image: then that may be kept.
     pub(super) fn streamed(&self, texture: &Texture) -> Option<Texture> {
         let FormState { layout, .. } = self.state();
         let all = Lacking { texture, form: self, wanted: layout.all().collect() };
-        if self.image.source.halvings() == 0 || all.is_mask() {
+        let is_kept = self.image.source.halvings() == 0 || all.is_mask();
+        if is_kept && self.image.finest == 0 {
             return None;
         }
         self.image.stream(&[all], &mut Vec::new())?.pop()

@@ -274,8 +274,8 @@ impl Texture {
         })
     }
 
-    /// All of a texture of an image that is read at halves of its size, as pictures have it; of another, or of one that is not sound,
-    /// `None`.
+    /// All of a texture of an image that is read at halves of its size, or is kept smaller than it is, as pictures have it; of another,
+    /// or of one that is not sound, `None`.
     #[must_use]
     pub fn streamed(&self) -> Option<Self> {
         self.lazy.as_ref()?.streamed(self)

@@ -119,7 +119,7 @@ impl<'a> Reader<'a> {
                 "constellation" => self.constellation(xml, tag, &mut document),
                 "texture" => {
                     self.element()?;
-                    let parts = (self.context.limits, &mut *self.budget, &mut *self.warnings);
+                    let parts = (&mut *self.budget, &mut *self.warnings);
                     let texture = Channel::read(xml, tag, parts)?;
                     texture.into_iter().for_each(|(id, texture)| _ = document.textures.insert(id, texture));
                     Ok(())

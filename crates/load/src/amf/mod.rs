@@ -16,6 +16,7 @@ use super::mesh_formats::{
 };
 use super::normals::add_smooth_normals;
 use super::origin::Origin;
+use super::shares::Shares;
 use super::splitting::{Copies, split};
 use super::warnings::{Warnings, counted};
 use super::xml::text_of;
@@ -45,9 +46,9 @@ pub(crate) fn is_one(text: &[u8]) -> bool {
 }
 
 /// Reads a file.
-pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+pub(crate) fn load(bytes: &[u8], context: &Context<'_>, shares: &Shares) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    let mut budget = Budget::new(context.limits);
+    let mut budget = Budget::shared(context.limits, shares);
     let mut warnings = Warnings::default();
     let text = text_of(bytes, "", &mut budget)?;
     let document = Reader::new(context, &mut budget, &mut warnings).read(&text)?;
@@ -343,7 +344,12 @@ impl<'a> Builder<'a> {
         let count = (self.scene.textures().len() as u64).saturating_add(1);
         let limit = self.context.limits.textures;
         Limits::check(|| format!("{FORMAT}: the number of textures"), count, limit, "textures")?;
-        let picture = texture::picture(self.document, map, &mut self.budget, &mut self.warnings)?;
+        let picture = texture::picture(
+            self.document,
+            map,
+            (self.context.limits, &mut self.budget),
+            &mut self.warnings,
+        )?;
         let Some((texture, is_blended)) = picture else { return Ok(default_material()) };
         let texture = self.scene.add_texture(texture).map_err(LoadError::scene("AMF: texture"))?;
         let mut material = material_of([1.0; 4]);

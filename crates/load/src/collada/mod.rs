@@ -11,11 +11,11 @@ mod look;
 mod tests;
 
 use super::budget::Budget;
-use super::encoded_image::warn_of_reduced;
 use super::mesh_formats::{
     add_placed, check_input, default_material, finish, material_of, phong_roughness, read_picture,
 };
 use super::normals::{add_missing_normals, add_smooth_normals};
+use super::shares::Shares;
 use super::text::{percent_decode, quoted};
 use super::warnings::{Warnings, counted};
 use super::xml::text_of;
@@ -36,9 +36,10 @@ pub(crate) fn load(
     bytes: &[u8],
     context: &Context<'_>,
     loading: TextureLoading,
+    shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    let mut budget = Budget::new(context.limits);
+    let mut budget = Budget::shared(context.limits, shares);
     let text = text_of(bytes, "", &mut budget)?;
     let document = Document::read(&text, context)?;
     let mut builder = Builder {
@@ -309,7 +310,6 @@ impl<'a> Builder<'a> {
                 return Ok(None);
             }
         };
-        warn_of_reduced(image.reduction(), &mut self.warnings);
         let alpha = if covers { AlphaUse::Coverage } else { AlphaUse::Data };
         let form = (ColorSpace::Srgb, alpha, Sampler::default());
         let Some(texture) = image.texture(form, self.loading, &mut self.warnings)? else { return Ok(None) };

@@ -20,6 +20,7 @@ use super::budget::Budget;
 use super::grouped::Grouped;
 use super::mesh_formats::{add_placed, check_input, default_material, finish, white_material};
 use super::normals::{add_missing_normals, add_smooth_normals};
+use super::shares::Shares;
 use super::splitting::split;
 use super::tangents::{UvSet, add_tangents, tangent_set};
 use super::text::quoted;
@@ -55,9 +56,10 @@ pub(crate) fn load(
     bytes: &[u8],
     context: &Context<'_>,
     textures: TextureLoading,
+    shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    let mut budget = Budget::new(context.limits);
+    let mut budget = Budget::shared(context.limits, shares);
     let file = if bytes.starts_with(binary::MAGIC) {
         binary::read(bytes, context, &mut budget)?
     } else {

@@ -5,7 +5,7 @@ use super::document::{Document, Kind, Object};
 use super::record::{FORMAT, Record, Value};
 use crate::LoadError;
 use crate::derived_images::{is_normal_map, metallic_roughness, normals_of_heights, with_opacity};
-use crate::encoded_image::{EncodedImage, warn_of_reduced};
+use crate::encoded_image::{EncodedImage, unseen};
 use crate::image::Picture;
 use crate::mesh_formats::picture_of;
 use crate::names::name_of;
@@ -164,20 +164,43 @@ impl Textures {
         loading: &mut Loading<'_>,
     ) -> Result<Option<TextureRef>, LoadError> {
         let Some(first) = parts.iter().flatten().next() else { return Ok(None) };
-        let mut images = [None, None];
+        let (mut images, mut size) = ([None, None], [0; 2]);
         for (slot, part) in images.iter_mut().zip(parts) {
-            if let Some(part) = part {
-                *slot = self.decoded(document, &part.source, loading)?;
+            if let Some(part) = part
+                && let Some((image, [width, height])) = self.decoded(document, &part.source, loading)?
+            {
+                let [w, h] = size;
+                size = [w.max(width), h.max(height)];
+                *slot = Some(image);
             }
         }
         let [a, b] = &images;
-        let Some(size) = a.as_ref().or(b.as_ref()) else { return Ok(None) };
-        let texels = size.texels().len() as u64;
+        if a.is_none() && b.is_none() {
+            return Ok(None);
+        }
         let sources = parts.iter().map(|part| part.map_or(Source::File(vec![]), |part| part.source.clone()));
         let reading = (first.sampler, role, kind);
         let texture =
             self.texture(scene, sources.collect(), reading, loading, |loading, (space, alpha, sampler)| {
-                loading.budget.charge(|| format!("{FORMAT}: a texture of two pictures"), texels, 6)?;
+                match loading.budget.grant_made(&format!("{FORMAT}: a texture of two pictures"), size, 6) {
+                    Ok(Some(granted)) if granted == size => {}
+                    Ok(None) => {
+                        let image = unseen().map_err(LoadError::scene("FBX: texture"))?;
+                        return Ok(Some(Texture::new(Arc::new(image), space, alpha, sampler)));
+                    }
+                    Ok(Some(_)) => {
+                        loading.warnings.add_texture(|| {
+                            format!(
+                                "{FORMAT}: a texture of two pictures that differ much in shape is left out"
+                            )
+                        });
+                        return Ok(None);
+                    }
+                    Err(limit) => {
+                        loading.warnings.add_texture(|| format!("{limit}; it is left out"));
+                        return Ok(None);
+                    }
+                }
                 let made = match (kind, a, b) {
                     ("opacity", color, Some(opacity)) => with_opacity(color.as_ref(), opacity),
                     ("height", Some(heights), _) if !is_normal_map(heights) => {
@@ -229,19 +252,20 @@ impl Textures {
         Ok(self.image(document, &of.source, loading)?.is_some_and(|image| !image.header.is_opaque()))
     }
 
+    /// A decoded picture, and the size of what is kept of it.
     fn decoded(
         &mut self,
         document: &Document<'_>,
         source: &Source,
         loading: &mut Loading<'_>,
-    ) -> Result<Option<Image>, LoadError> {
+    ) -> Result<Option<(Image, [u32; 2])>, LoadError> {
         let Some(image) = self.image(document, source, loading)? else { return Ok(None) };
         match image.decode() {
             Ok(Picture { image: decoded, flaw }) => {
                 if let Some(flaw) = flaw {
                     loading.warnings.add(|| format!("{}: {flaw}", image.name));
                 }
-                Ok(Some(decoded))
+                Ok(Some((decoded, image.kept_size())))
             }
             Err(error) => {
                 let loss = error.loss()?;
@@ -265,10 +289,7 @@ impl Textures {
             Source::File(names) => self.beside(names, loading)?,
         };
         let image = match found {
-            Ok(image) => {
-                warn_of_reduced(image.reduction(), &mut loading.warnings);
-                Some(image)
-            }
+            Ok(image) => Some(image),
             Err(why) => {
                 loading.warnings.add_texture(|| why);
                 None

@@ -250,7 +250,7 @@ impl<'a> Buffers<'a> {
         let mut merged: Vec<(u64, u64)> = Vec::new();
         for (start, end) in runs {
             match merged.last_mut() {
-                Some(last) if start <= last.1 => last.1 = last.1.max(end),
+                Some(last) if start < last.1 => last.1 = last.1.max(end),
                 _ => merged.push((start, end)),
             }
         }
@@ -291,6 +291,25 @@ impl<'a> Buffers<'a> {
             Source::File(_) => Ok(self.held(start, length).unwrap_or(found)),
             Source::Memory(_) => Ok(found),
         }
+    }
+
+    /// The bytes of a view: out of what was read for it alone, if it was; it is read again if something else asks for them.
+    ///
+    /// # Errors
+    /// As [`Buffers::view`], or [`LoadError::Io`].
+    pub(super) fn take(&mut self, index: Index) -> Result<Vec<u8>, LoadError> {
+        let is_of_binary = self.root.buffers.first().is_some_and(|first| first.uri.is_none());
+        if is_of_binary
+            && !self.compressed.contains_key(&index)
+            && let Ok((view, 0)) = self.plain(index)
+        {
+            let (start, length) = (view.byte_offset.0, view.byte_length.0);
+            let is_own = |(first, bytes): &(u64, Vec<u8>)| *first == start && bytes.len() as u64 == length;
+            if let Some(place) = self.held.iter().position(is_own) {
+                return Ok(self.held.remove(place).1);
+            }
+        }
+        Ok(self.view(index)?.bytes()?.into_owned())
     }
 
     /// A part of the binary chunk that has been read already.

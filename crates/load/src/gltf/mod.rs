@@ -431,15 +431,16 @@ impl Loader<'_> {
         }
         let mut textures: Vec<Option<Texture>> = (0..self.textures.count()).map(|_| None).collect();
         let mut encoded = encoded;
-        encoded.retain(|image| {
+        encoded.retain_mut(|image| {
             if !self.by_need && !image.is_reduced() {
                 return true;
             }
-            let deferred = image.defer(buffers, &mut self.warnings);
+            let deferred = image.defer(&mut self.buffers, &mut self.warnings);
             let is_kept = deferred.is_none();
             place(&mut textures, deferred.unwrap_or_default());
             is_kept
         });
+        let buffers = &self.buffers;
         // Images first: they take longest.
         let images = encoded.iter().map(Work::Image);
         let picked = geometries.iter().zip(picks);

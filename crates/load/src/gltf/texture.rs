@@ -11,7 +11,7 @@ use crate::encoded_image::{EncodedImage, Reduction, warn_of_left_out, warn_of_re
 use crate::image::{self, Header, ImageError, Picture};
 use crate::warnings::Warnings;
 use crate::{Context, LoadError, ResolveError};
-use overcoat_core::limits::Limits;
+use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_scene::{
     AlphaUse, ColorSpace, Filter, MipFilter, Sampler, Texture, TextureId, TextureRef, UvTransform, Wrap,
 };
@@ -155,7 +155,7 @@ impl Textures {
             let found = match opened {
                 Ok((header, bytes)) => {
                     let (substitute, forms) = (needed.substitute, needed.forms.clone());
-                    Some(Encoded { what, used, bytes, header, finest: 0, substitute, forms })
+                    Some(Encoded { what, used, bytes, header, finest: header.excess(), substitute, forms })
                 }
                 Err(message) => {
                     let lost =
@@ -225,7 +225,7 @@ impl Lost<'_> {
                     used,
                     bytes,
                     header,
-                    finest: 0,
+                    finest: header.excess(),
                     substitute: None,
                     forms: forms.to_vec(),
                 }))
@@ -313,19 +313,20 @@ impl Encoded {
         }
     }
 
-    /// The textures of this image with their provisional ids, to be decoded when a picture asks for them. `None` if that is done
-    /// at once: where something else takes its place if it cannot be decoded.
+    /// The textures of this image with their provisional ids, to be decoded when a picture asks for them: its bytes are theirs from
+    /// then on. `None` if that is done at once: where something else takes its place if it cannot be decoded.
     pub(super) fn defer(
-        &self,
-        buffers: &Buffers<'_>,
+        &mut self,
+        buffers: &mut Buffers<'_>,
         warnings: &mut Warnings,
     ) -> Option<Vec<(u32, Texture)>> {
+        let unusual = self.unusual();
         let Self { what, used, bytes, header, finest, substitute: None, forms } = self else { return None };
         let bytes = match bytes {
-            Bytes::Own(bytes) => bytes.clone(),
-            Bytes::View(view) => buffers.view(*view).and_then(|view| view.bytes()).ok()?.into_owned(),
+            Bytes::Own(bytes) => std::mem::take(bytes),
+            Bytes::View(view) => buffers.take(*view).ok()?,
         };
-        if let Some(unusual) = self.unusual() {
+        if let Some(unusual) = unusual {
             warnings.add(|| unusual);
         }
         let (name, bytes) = (format!("{what}{used}"), Arc::new(bytes));
@@ -341,10 +342,10 @@ impl Encoded {
         Some(format!("{}{}: it is {kind}, which glTF does not have", self.what, self.used))
     }
 
-    /// The textures of an image that can be read at halves of its size, if it is sound.
+    /// The textures of an image that can be read at halves of its size, or is kept smaller than it is, if it is sound.
     fn streamed(&self, bytes: &[u8]) -> Option<Vec<(u32, Texture)>> {
         let Self { what, header, finest, forms, .. } = self;
-        if header.halvings() == 0 {
+        if header.halvings() == 0 && *finest == 0 {
             return None;
         }
         let bytes = Arc::new(bytes.to_vec());
@@ -416,9 +417,11 @@ fn open(
     let image = root.images.at(index)?;
     let what = label::<model::Image>(index, image.name.as_deref().or(short_uri(image)));
     let bytes = match bytes_of(image, &what, buffers, context, budget) {
-        Err(error @ (LoadError::Limit(_) | LoadError::Resolve(ResolveError::TooLarge { .. }))) => {
+        // That of a buffer is one of geometry, too.
+        Err(error @ LoadError::Resolve(ResolveError::TooLarge { .. })) if image.buffer_view.is_some() => {
             return Err(error);
         }
+        Err(error @ LoadError::Limit(_)) => return Err(error),
         Err(LoadError::Malformed { message, .. }) => return Ok((what, Err(message))),
         Err(error) => return Ok((what, Err(error.to_string()))),
         Ok(bytes) => bytes,
@@ -428,15 +431,22 @@ fn open(
         Bytes::View(view) => buffers.view(*view).and_then(|view| view.bytes()),
     };
     let probed = match view {
-        Ok(view) => image::probe(&what, &view, context.limits),
+        Ok(view) => image::probe_large(&what, &view, context.limits),
         Err(error) => return Ok((what, Err(error.to_string()))),
     };
     match probed {
         Ok(header) => Ok((what, Ok((header, bytes)))),
-        Err(ImageError::Limit(error)) => Err(error.into()),
-        // A picture that is missing or damaged, or never was one, is a loss.
+        // A picture that is missing, too large, damaged, or never was one, is a loss.
+        Err(ImageError::Limit(limit)) => Ok((what, Err(excess(&limit)))),
         Err(ImageError::Damaged(message)) => Ok((what, Err(message))),
     }
+}
+
+/// Reason why a picture that is too large cannot be read; its name is said before.
+fn excess(limit: &LimitExceeded) -> String {
+    let LimitExceeded { asked, limit, field, .. } = limit;
+    let asked = asked.map_or_else(|| "more".to_owned(), |asked| asked.to_string());
+    format!("{asked} texels exceed the limit of {limit} ({field})")
 }
 
 fn bytes_of(

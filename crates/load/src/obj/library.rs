@@ -7,7 +7,7 @@ use super::udim;
 use crate::budget::{Budget, Claim};
 use crate::derived_images;
 use crate::encoded_image::{EncodedImage, warn_of_left_out, warn_of_reduced};
-use crate::image::{self, Picture, area};
+use crate::image::{self, ImageError, Picture, area};
 use crate::mesh_formats::default_material;
 use crate::names::is_escaped;
 use crate::nearby::{Found, Nearby, folder_of};
@@ -226,19 +226,21 @@ impl<'a> Library<'a> {
                 continue;
             }
             self.images.insert(name.clone(), None);
-            match image::probe(&what, &bytes, context.limits) {
+            match image::probe_large(&what, &bytes, context.limits) {
                 Ok(header) => {
                     self.budget.charge(|| what.clone(), bytes.len() as u64, 1)?;
                     let image = EncodedImage {
                         name: format!("OBJ: {what}"),
                         bytes: Arc::new(bytes),
                         header,
-                        finest: 0,
+                        finest: header.excess(),
                     };
                     found.push(Fetched { file: name, image, is_part });
                 }
-                Err(error) => {
-                    let message = error.loss()?;
+                Err(ImageError::Limit(limit)) => {
+                    warnings.add_texture(|| format!("OBJ: {limit}; it is left out"));
+                }
+                Err(ImageError::Damaged(message)) => {
                     warnings.add_texture(|| format!("OBJ: {what} is left out: {message}"));
                 }
             }

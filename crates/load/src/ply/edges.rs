@@ -204,7 +204,13 @@ mod tests {
         );
         let limits = Limits::default();
         let context = Context { resolver: &NoResolver, limits: &limits, jobs: &Jobs::new(1) };
-        super::super::load(text.as_bytes(), &context, crate::TextureLoading::Whole).unwrap()
+        super::super::load(
+            text.as_bytes(),
+            &context,
+            crate::TextureLoading::Whole,
+            &crate::shares::Shares::default(),
+        )
+        .unwrap()
     }
 
     const ENDS: &str = "property int vertex1\nproperty int vertex2\n";

@@ -21,6 +21,7 @@ use super::mesh_formats::{
 use super::normals::{add_missing_normals, add_smooth_normals};
 use super::origin::{Origin, Region, load_about, lost_steps};
 use super::point_clouds::{Points, cloud};
+use super::shares::Shares;
 use super::text::quoted;
 use super::warnings::Warnings;
 use super::warnings::counted;
@@ -46,9 +47,10 @@ pub(crate) fn load(
     bytes: &[u8],
     context: &Context<'_>,
     loading: TextureLoading,
+    shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    load_about(|region| load_in(bytes, region, context, loading))
+    load_about(|region| load_in(bytes, region, context, loading, shares))
 }
 
 /// Reads a file, about an origin where its model is in a region far away.
@@ -57,6 +59,7 @@ fn load_in(
     region: Option<&Region>,
     context: &Context<'_>,
     loading: TextureLoading,
+    shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
     let mut header = Header::read(bytes, &mut warnings)?;
@@ -94,7 +97,7 @@ fn load_in(
             add_normals(&mut data, context.jobs);
         }
         let names = &header.textures;
-        let reader = textures::Reader::new(context, loading);
+        let reader = textures::Reader::new(context, loading, shares);
         let parts = textures::by_texture(data, names, &of_faces, &mut scene, reader, &mut warnings)?;
         add_parts(&mut scene, parts)?;
     }
@@ -333,7 +336,7 @@ mod tests {
 
     fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
         let context = Context { resolver: &MemoryResolver::default(), limits, jobs: &Jobs::new(1) };
-        load(bytes, &context, TextureLoading::Whole)
+        load(bytes, &context, TextureLoading::Whole, &Shares::default())
     }
 
     fn load_bytes(bytes: impl AsRef<[u8]>) -> Result<Loaded, LoadError> {

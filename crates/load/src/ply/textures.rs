@@ -3,8 +3,8 @@
 //! With several of them the `texnumber` of a face says which is its own (MeshLab's convention, from 0; -1 is none).
 
 use crate::budget::Budget;
-use crate::encoded_image::warn_of_reduced;
 use crate::mesh_formats::read_picture;
+use crate::shares::Shares;
 use crate::splitting::Variants;
 use crate::warnings::{Warnings, counted};
 use crate::{Context, LoadError, TextureLoading};
@@ -104,8 +104,8 @@ pub(super) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// A reader that has read nothing.
-    pub(super) fn new(context: &'a Context<'a>, loading: TextureLoading) -> Self {
-        Self { context, loading, budget: Budget::new(context.limits) }
+    pub(super) fn new(context: &'a Context<'a>, loading: TextureLoading, shares: &Shares) -> Self {
+        Self { context, loading, budget: Budget::shared(context.limits, shares) }
     }
 
     /// Reads a picture; none, with a warning, if it cannot be had.
@@ -122,7 +122,6 @@ impl<'a> Reader<'a> {
                 return Ok(None);
             }
         };
-        warn_of_reduced(image.reduction(), warnings);
         let form = (ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
         let Some(texture) = image.texture(form, self.loading, warnings)? else { return Ok(None) };
         let texture = scene.add_texture(texture).map_err(LoadError::scene("PLY: texture"))?;
@@ -132,6 +131,7 @@ impl<'a> Reader<'a> {
 
 #[cfg(test)]
 mod tests {
+    use crate::shares::Shares;
     use crate::{Context, Loaded, MemoryResolver, TextureLoading};
     use overcoat_core::jobs::Jobs;
     use overcoat_core::limits::Limits;
@@ -161,7 +161,7 @@ mod tests {
         let files = files.map(|(name, color)| (name.to_owned(), picture(color))).into();
         let resolver = MemoryResolver { files };
         let context = Context { resolver: &resolver, limits, jobs: &Jobs::new(1) };
-        super::super::load(text.as_bytes(), &context, TextureLoading::Whole).unwrap()
+        super::super::load(text.as_bytes(), &context, TextureLoading::Whole, &Shares::default()).unwrap()
     }
 
     /// Triangles of each mesh, and the first texel of its texture.

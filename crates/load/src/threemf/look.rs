@@ -5,7 +5,6 @@ use super::property::{Blend, Display, Finish, Members, layered};
 use super::slicer::Settings;
 use super::{Builder, FORMAT};
 use crate::LoadError;
-use crate::encoded_image::warn_of_reduced;
 use crate::mesh_formats::{default_material, material_of, picture_of};
 use crate::text::quoted;
 use overcoat_core::limits::Limits;
@@ -286,7 +285,6 @@ impl Builder<'_> {
                 return Ok(None);
             }
         };
-        warn_of_reduced(image.reduction(), &mut self.warnings);
         let form = (ColorSpace::Srgb, AlphaUse::Data, sampler);
         let texture = image.texture(form, self.loading, &mut self.warnings)?;
         texture

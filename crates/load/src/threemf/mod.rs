@@ -25,6 +25,7 @@ mod slicer;
 use super::budget::Budget;
 use super::mesh_formats::{add_placed, check_input, finish};
 use super::origin::{Origin, load_about};
+use super::shares::Shares;
 use super::warnings::Warnings;
 use super::warnings::counted;
 use super::{Context, LoadError, LoadOptions, Loaded, TextureLoading};
@@ -48,9 +49,14 @@ const OTHER: &str = "of the type 'other', which is not built";
 const DEEPEST: u64 = 1024;
 
 /// Reads a package: the model part that it begins with, and what that refers to.
-pub(crate) fn load(bytes: &[u8], context: &Context<'_>, options: &LoadOptions) -> Result<Loaded, LoadError> {
+pub(crate) fn load(
+    bytes: &[u8],
+    context: &Context<'_>,
+    options: &LoadOptions,
+    shares: &Shares,
+) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    load_about(|region| load_in(bytes, region.is_some(), context, options))
+    load_about(|region| load_in(bytes, region.is_some(), context, options, shares))
 }
 
 /// Reads a package, about an origin of its own if its model is far away.
@@ -59,10 +65,11 @@ fn load_in(
     far: bool,
     context: &Context<'_>,
     options: &LoadOptions,
+    shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
     let archive = Archive::open(FORMAT, bytes, context.limits, &mut warnings)?;
-    let mut budget = Budget::new(context.limits);
+    let mut budget = Budget::shared(context.limits, shares);
     let start = start_part(&archive, &mut budget)?;
     let settings = Settings::read(&archive, &mut budget, &mut warnings);
     let mut package = Package {

@@ -5,6 +5,7 @@ use super::materialx::Documents;
 use super::{FORMAT, crate_file, text};
 use crate::budget::Budget;
 use crate::nearby::{Nearby, folder_of};
+use crate::shares::Shares;
 use crate::text::{quoted, without_mark};
 use crate::warnings::Warnings;
 use crate::{Context, LoadError};
@@ -47,10 +48,10 @@ pub(super) fn read_layer(
 }
 
 impl<'c> Files<'c> {
-    pub(super) fn new(context: &'c Context<'c>) -> Self {
+    pub(super) fn new(context: &'c Context<'c>, shares: &Shares) -> Self {
         Self {
             context,
-            budget: Budget::new(context.limits),
+            budget: Budget::shared(context.limits, shares),
             warnings: Warnings::default(),
             nearby: Nearby::default(),
             said: BTreeSet::new(),

@@ -5,7 +5,7 @@ use super::compose::{Composed, Stage};
 use super::materialx::Outcome;
 use super::mesh::{Reads, unit};
 use super::network::{Picture, Source};
-use crate::encoded_image::{EncodedImage, warn_of_reduced};
+use crate::encoded_image::{EncodedImage, unseen};
 use crate::image::scaled_texel;
 use crate::mesh_formats::picture_of;
 use crate::text::quoted;
@@ -14,14 +14,11 @@ use overcoat_core::limits::Limits;
 use overcoat_scene::parameters::EMISSIVE;
 use overcoat_scene::{
     AlphaMode, AlphaUse, ColorSpace, Image, Material, NormalTexture, Sampler, Scene, Texture, TextureId,
-    TextureRef, Workflow, Wrap, level_size,
+    TextureRef, Workflow, Wrap,
 };
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
-
-/// Part of what is left of the budget that a texture made of others may take: one in so many.
-const PARTS: u64 = 32;
 
 /// A material, and what it reads of a mesh.
 #[derive(Clone, Debug)]
@@ -385,6 +382,7 @@ impl<'m, 'c> Maker<'m, 'c> {
             return image.texture(form, self.loading, &mut self.stage.files.warnings);
         }
         let mut pictures: Vec<(&Picture, Image)> = Vec::new();
+        let mut full = [1; 2];
         for channel in channels {
             let Channel::Of(picture, _) = channel else { continue };
             if pictures.iter().any(|(known, _)| known.file == picture.file && known.folder == picture.folder)
@@ -393,18 +391,30 @@ impl<'m, 'c> Maker<'m, 'c> {
             }
             let Some(image) = self.image(picture)? else { continue };
             match image.decode() {
-                Ok(decoded) => pictures.push((picture, decoded.image)),
+                Ok(decoded) => {
+                    let [w, h] = full;
+                    let [width, height] = image.kept_size();
+                    full = [w.max(width), h.max(height)];
+                    pictures.push((picture, decoded.image));
+                }
                 Err(error) => {
                     let loss = error.loss()?;
                     self.stage.files.say_texture(|| format!("{} is left out: {loss}", image.name));
                 }
             }
         }
-        let side = |f: fn(&Image) -> u32| pictures.iter().map(|(_, image)| f(image)).max().unwrap_or(1);
-        let full = [side(Image::width), side(Image::height)];
-        let [width, height] = self.fitting(full);
-        let count = u64::from(width).saturating_mul(height.into());
-        self.stage.files.budget.charge(|| format!("{FORMAT}: textures made of others"), count, 4)?;
+        let name = format!("{FORMAT}: a texture made of {}", quoted(main.file.as_bytes()));
+        let [width, height] = match self.stage.files.budget.grant_made(&name, full, 4) {
+            Ok(Some(size)) => size,
+            Ok(None) => {
+                let image = unseen().map_err(LoadError::scene("USD: texture"))?;
+                return Ok(Some(Texture::new(Arc::new(image), space, alpha, sampler)));
+            }
+            Err(limit) => {
+                self.stage.files.say_texture(|| format!("{limit}; it is left out"));
+                return Ok(None);
+            }
+        };
         let texel = |x: u32, y: u32| {
             channels.map(|channel| {
                 let Channel::Of(picture, own) = channel else {
@@ -427,24 +437,6 @@ impl<'m, 'c> Maker<'m, 'c> {
             (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
         let image = Image::new(width, height, texels).map_err(LoadError::scene("USD: texture"))?;
         Ok(Some(Texture::new(Arc::new(image), space, alpha, sampler)))
-    }
-
-    /// Size of a texture that is made of others: halves of its own while it takes more than a part of the budget, of which others need
-    /// some, too.
-    fn fitting(&mut self, full: [u32; 2]) -> [u32; 2] {
-        let most = self.stage.files.budget.left() / PARTS;
-        let mut level = 0;
-        let mut size = full;
-        while u64::from(size[0]).saturating_mul(size[1].into()).saturating_mul(4) > most && size != [1; 2] {
-            level = u32::saturating_add(level, 1);
-            size = level_size(full, level);
-        }
-        if size != full {
-            self.stage.files.say_texture(|| {
-                format!("{FORMAT}: textures made of others are made smaller: the textures are large (decoded_bytes)")
-            });
-        }
-        size
     }
 
     /// The file of a picture.
@@ -476,9 +468,6 @@ impl<'m, 'c> Maker<'m, 'c> {
                 None
             }
         };
-        if let Some(image) = &image {
-            warn_of_reduced(image.reduction(), &mut files.warnings);
-        }
         self.textures.images.insert(key, image.clone());
         Ok(image)
     }

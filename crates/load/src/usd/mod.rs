@@ -34,6 +34,7 @@ mod xform;
 use super::archive::{self, Archive};
 use super::budget::Budget;
 use super::mesh_formats::{check_input, finish};
+use super::shares::Shares;
 use super::text::without_mark;
 use super::warnings::Warnings;
 use super::zipped::ZipResolver;
@@ -60,10 +61,11 @@ pub(crate) fn load(
     bytes: &[u8],
     context: &Context<'_>,
     loading: TextureLoading,
+    shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
     if !bytes.starts_with(archive::MAGIC) {
-        return read(bytes, context, loading);
+        return read(bytes, context, loading, shares);
     }
     let mut warnings = Warnings::default();
     let archive = Archive::open(FORMAT, bytes, context.limits, &mut warnings)?;
@@ -75,14 +77,19 @@ pub(crate) fn load(
     let content = archive.read(&name, &mut budget)?;
     let resolver = ZipResolver::new(archive, name, budget);
     let inner = Context { resolver: &resolver, limits: context.limits, jobs: context.jobs };
-    let mut loaded = read(&content, &inner, loading)?;
+    let mut loaded = read(&content, &inner, loading, shares)?;
     loaded.warnings.extend(warnings.finish());
     Ok(loaded)
 }
 
 /// Reads a layer.
-fn read(bytes: &[u8], context: &Context<'_>, loading: TextureLoading) -> Result<Loaded, LoadError> {
-    let mut files = Files::new(context);
+fn read(
+    bytes: &[u8],
+    context: &Context<'_>,
+    loading: TextureLoading,
+    shares: &Shares,
+) -> Result<Loaded, LoadError> {
+    let mut files = Files::new(context, shares);
     let mut layer = files::read_layer(bytes, context, &mut files.budget, &mut files.warnings)?;
     layer.name = context.resolver.model_name().unwrap_or_default().to_owned();
     let stage = Stage::new(files, layer)?;

@@ -4,7 +4,6 @@ use super::FORMAT;
 use super::node::Node;
 use super::reading::Nodes;
 use crate::budget::Budget;
-use crate::encoded_image::warn_of_reduced;
 use crate::mesh_formats::{default_material, material_of, phong_roughness, picture_of, white_material};
 use crate::nearby::Nearby;
 use crate::text::{percent_decode, quoted};
@@ -190,7 +189,6 @@ impl<'a> Looks<'a> {
             };
             match found {
                 Ok(image) => {
-                    warn_of_reduced(image.reduction(), warnings);
                     let may_cover = !image.header.is_opaque();
                     let alpha = if may_cover { AlphaUse::Coverage } else { AlphaUse::Data };
                     let form = (ColorSpace::Srgb, alpha, sampler);

@@ -20,6 +20,7 @@ use super::budget::Budget;
 use super::mesh_formats::{add_placed, check_input, finish};
 use super::nearby::{Nearby, folder_of};
 use super::normals::{add_missing_normals, add_smooth_normals};
+use super::shares::Shares;
 use super::text::{percent_decode, quoted};
 use super::warnings::Warnings;
 use super::xml::text_of;
@@ -58,12 +59,13 @@ pub(crate) fn load(
     bytes: &[u8],
     context: &Context<'_>,
     textures: TextureLoading,
+    shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
     let mut builder = Builder {
         context,
         nodes: Nodes::default(),
-        budget: Budget::new(context.limits),
+        budget: Budget::shared(context.limits, shares),
         warnings: Warnings::default(),
         scene: Scene::new(),
         looks: Looks::new(context, textures),

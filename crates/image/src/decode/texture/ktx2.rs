@@ -4,7 +4,7 @@
 //! checked here; what decodes blocks gets slices of a size that has been checked. Its own reader of containers is not
 //! used: it overflows on damaged files, and brings the tables of two dozen formats for graphics cards.
 
-use super::area;
+use super::{area, etc1s};
 use basisu::basislz::etc1s::Etc1sTranscoder;
 use basisu::uastc::unpack::unpack_uastc;
 use ruzstd::decoding::StreamingDecoder;
@@ -13,8 +13,8 @@ use std::io::Read;
 /// First bytes of every file.
 pub const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// Bytes that decoding ETC1S takes for each texel for a while.
-pub const TRANSIENT: u64 = 8;
+/// Bytes that decoding ETC1S takes for each texel for a while, at most: two blocks, and their numbers, for sixteen.
+pub const TRANSIENT: u64 = 2;
 
 /// Largest window of supercompressed data, in bytes: as much as other decoders of pictures may use beside the picture.
 const MAX_WINDOW: u64 = 64 << 20;
@@ -125,7 +125,7 @@ impl Ktx2<'_> {
         !matches!(self.storage, Storage::Etc1s { .. })
     }
 
-    /// Gives the rows of texels from the top on, until one is not taken. `raw` is room for stored data, or for all texels of
+    /// Gives the rows of texels from the top on, until one is not taken. `raw` is room for stored data, or for all blocks of
     /// ETC1S.
     ///
     /// # Errors
@@ -135,14 +135,25 @@ impl Ktx2<'_> {
         raw.clear();
         match self.storage {
             Storage::Etc1s { second } => {
-                let count = usize::try_from(area(self.width, self.height)).map_err(|_| damaged())?;
-                raw.resize(count.checked_mul(4).ok_or_else(damaged)?, 255);
-                self.etc1s(second.is_some(), raw).ok_or_else(damaged)?;
-                let (texels, _) = raw.as_chunks_mut::<4>();
-                if second == Some(ETC1S_GREEN) {
-                    texels.iter_mut().for_each(green_from_alpha);
+                let columns = width.div_ceil(4).saturating_mul(etc1s::BLOCK);
+                let rows = usize::try_from(self.height.div_ceil(4)).map_err(|_| damaged())?;
+                let size = columns.checked_mul(rows).ok_or_else(damaged)?;
+                raw.resize(if second.is_some() { size.checked_mul(2).ok_or_else(damaged)? } else { size }, 0);
+                let (blocks, of_alpha) = raw.split_at_mut(size);
+                self.etc1s(blocks, second.is_some().then_some(&mut *of_alpha)).ok_or_else(damaged)?;
+                let mut of_alpha = of_alpha.chunks(columns);
+                let mut texels = vec![[255; 4]; width.saturating_mul(4)];
+                let mut left = usize::try_from(self.height).map_err(|_| damaged())?;
+                for blocks in blocks.chunks(columns) {
+                    etc1s::row_of_blocks(blocks, of_alpha.next(), width, &mut texels);
+                    if second == Some(ETC1S_GREEN) {
+                        texels.iter_mut().for_each(green_from_alpha);
+                    }
+                    if !texels.chunks(width).take(left.min(4)).all(&mut *take) {
+                        break;
+                    }
+                    left = left.saturating_sub(4);
                 }
-                let _ = texels.chunks(width).all(take);
                 Ok(())
             }
             Storage::Plain(size) => {
@@ -220,9 +231,9 @@ impl Ktx2<'_> {
         Ok(texels)
     }
 
-    /// Decodes one or two slices of ETC1S to four bytes a texel. `None` where something is damaged, or where the picture
+    /// Decodes one or two slices of ETC1S to blocks of ETC1. `None` where something is damaged, or where the picture
     /// is a difference to another one.
-    fn etc1s(&self, two_slices: bool, out: &mut [u8]) -> Option<()> {
+    fn etc1s(&self, first: &mut [u8], second: Option<&mut [u8]>) -> Option<()> {
         // The global data (KTX file format 2.0, section "BasisLZ"): counts, lengths, a description of 20 bytes for each
         // level, and the tables.
         let short = |at: usize| Some(u16::from_le_bytes(*self.global.get(at..)?.first_chunk()?));
@@ -243,12 +254,11 @@ impl Ktx2<'_> {
         if !read {
             return None;
         }
-        let [width, height] = [self.width, self.height];
-        let [columns, rows] = [width.div_ceil(4), height.div_ceil(4)];
-        if two_slices {
-            decoder.transcode_image_rgba32(slice(24)?, slice(32)?, columns, rows, width, height, None, out)
-        } else {
-            decoder.transcode_slice_rgba32(slice(24)?, columns, rows, width, height, None, out)
+        let [columns, rows] = [self.width, self.height].map(|side| side.div_ceil(4));
+        decoder.transcode_slice_etc1(slice(24)?, columns, rows, None, first)?;
+        match second {
+            Some(second) => decoder.transcode_slice_etc1(slice(32)?, columns, rows, None, second),
+            None => Some(()),
         }
     }
 }

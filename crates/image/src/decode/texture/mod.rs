@@ -1,6 +1,8 @@
 //! Encoded pictures (PNG, JPEG, WebP, KTX2, and others that people have) to 8-bit RGBA, with their claims checked before
 //! anything is allocated.
 mod damaged;
+#[cfg(feature = "textures")]
+mod etc1s;
 pub(super) mod kind;
 #[cfg_attr(not(feature = "textures"), path = "without_ktx2.rs")]
 mod ktx2;
@@ -11,7 +13,7 @@ use ::image::{ImageDecoder, ImageFormat, ImageReader};
 use kind::Kind;
 use overcoat_core::formats::{self, FileFormat};
 use overcoat_core::limits::{LimitExceeded, Limits};
-use overcoat_scene::Image;
+use overcoat_scene::{Image, level_size};
 use std::borrow::Cow;
 use std::io::Cursor;
 use std::ops::RangeInclusive;
@@ -55,7 +57,13 @@ pub struct Header {
     opaque: bool,
     /// Its format is decoded row by row, unless it is interlaced.
     by_rows: bool,
+    /// Halvings after which it has no more texels than one picture may have.
+    excess: u32,
 }
+
+/// Texels of a picture that is read by rows, which are not all kept, for each texel that a picture may have: reading takes time,
+/// and no memory.
+const BY_ROWS: u64 = 8;
 
 impl Header {
     /// True if its kind of texels has no alpha.
@@ -80,8 +88,13 @@ impl Header {
 
     /// Bytes that decoding takes for a while besides its texels.
     pub fn transient_bytes(&self) -> u64 {
-        let is_small = self.jpeg.is_some() || self.kind == Kind::Ktx2 && self.by_rows;
+        let is_small = self.jpeg.is_some() || self.kind == Kind::Ktx2 && self.by_rows || self.excess > 0;
         if is_small { 0 } else { self.texels().saturating_mul(self.transient) }
+    }
+
+    /// Halvings after which it has no more texels than one picture may have ([`probe_large`]); it is read by [`rows`] alone then.
+    pub fn excess(&self) -> u32 {
+        self.excess
     }
 
     /// The kind of picture, if it is one that glTF does not have: "a GIF".
@@ -164,7 +177,7 @@ pub fn probe(what: &str, bytes: &[u8], limits: &Limits, foreign: Foreign) -> Res
     let bytes = bytes.get(start..).unwrap_or_default();
     let header = |width, height, transient, opaque| {
         let by_rows = kind == Kind::Image(ImageFormat::Png);
-        Header { width, height, transient, kind, start, jpeg: None, opaque, by_rows }
+        Header { width, height, transient, kind, start, jpeg: None, opaque, by_rows, excess: 0 }
     };
     let format = match kind {
         Kind::Ktx2 => {
@@ -201,6 +214,36 @@ pub fn probe(what: &str, bytes: &[u8], limits: &Limits, foreign: Foreign) -> Res
     let jpeg = if format == ImageFormat::Jpeg && start == 0 { Jpeg::open(bytes) } else { None };
     let jpeg = jpeg.filter(|jpeg| jpeg.size() == [width, height]).map(|jpeg| jpeg.halvings());
     Ok(Header { jpeg, ..header })
+}
+
+/// [`probe`] of a picture of which the smaller mip levels will do: of one that is read by rows, up to eight times as many texels are
+/// accepted, of which [`Header::excess`] tells.
+///
+/// # Errors
+/// As there.
+pub fn probe_large(
+    what: &str,
+    bytes: &[u8],
+    limits: &Limits,
+    foreign: Foreign,
+) -> Result<Header, ImageError> {
+    let refused = match probe(what, bytes, limits, foreign) {
+        Err(ImageError::Limit(limit)) => ImageError::Limit(limit),
+        probed => return probed,
+    };
+    let most = limits.texture_pixels;
+    let more = limits.clone().with_texture_pixels(most.saturating_mul(BY_ROWS));
+    let Ok(header) = probe(what, bytes, &more, foreign) else { return Err(refused) };
+    let is_interlaced = header.jpeg.is_none() && header.kind != Kind::Ktx2 && bytes.get(28) != Some(&0);
+    if !header.is_read_by_rows() || header.start > 0 || is_interlaced {
+        return Err(refused);
+    }
+    let texels = |excess: u32| {
+        let [width, height] = level_size([header.width, header.height], excess);
+        area(width, height)
+    };
+    let excess = (1..u32::BITS).find(|&excess| texels(excess) <= most).ok_or(refused)?;
+    Ok(Header { excess, ..header })
 }
 
 /// Width and height by the first chunk of a PNG file.
@@ -257,6 +300,10 @@ pub fn halved_rows(
 /// # Errors
 /// [`ImageError::Damaged`].
 pub fn decode(bytes: &[u8], header: &Header) -> Result<Picture, ImageError> {
+    if header.excess > 0 {
+        let message = "it is damaged, and too large to be decoded as a whole (texture_pixels)";
+        return Err(ImageError::Damaged(message.to_owned()));
+    }
     let skipped = header.start;
     let bytes = bytes.get(skipped..).unwrap_or_default();
     let (image, mut flaw) = match header.kind {
