@@ -152,7 +152,7 @@ pub mod jobs {
 pub mod lab {
     #[doc(inline)]
     pub use overcoat_lab::lab::{
-        Bench, Distance, LabError, Light, Measured, ModelError, OVERHEAD, Quantity, Referee, Row, Slice,
+        Base, Bench, Distance, LabError, Light, Measured, ModelError, OVERHEAD, Quantity, Referee, Row, Slice,
         Specimen, Summary, Translation, Translator, luminance,
     };
 }
