@@ -132,7 +132,7 @@ fn bare_plastic_is_its_closed_form() {
     }
 }
 
-/// What absorbs nothing returns all.
+/// Plastic that absorbs nothing returns all.
 #[test]
 fn white_plastic_loses_nothing() {
     for base in [Base::Interface, Base::Seen] {
