@@ -132,7 +132,7 @@ fn bare_plastic_is_its_closed_form() {
     }
 }
 
-/// What absorbs nothing returns all.
+/// Plastic that absorbs nothing returns all.
 #[test]
 fn white_plastic_loses_nothing() {
     for base in [Base::Interface, Base::Seen] {
@@ -219,9 +219,11 @@ fn the_tables_of_the_book_are_those_of_the_lab() {
             let row = bases.iter().find(|row| row[0] == name).unwrap();
             let (white, sign) = percents(row[column]);
             let [mean, bias] = [error.white, error.bias].map(|share| 100.0 * share);
-            // Noise makes differences without sign larger, by up to its own size; it is 1.9 percent a case, and 0.2 in their mean.
-            assert!((bias - sign).abs() < 0.8, "{base:?} {name}: {bias} is not {sign}");
-            assert!((mean - white).abs() < 1.6, "{base:?} {name}: {mean} is not {white}");
+            // The noise is 1.9 percent of a case and 0.2 of their mean, of what the model shows; differences without sign are larger by
+            // up to its own size.
+            let noise = 0.8 + 0.02 * sign.abs();
+            assert!((bias - sign).abs() < noise, "{base:?} {name}: {bias} is not {sign}");
+            assert!((mean - white).abs() < noise + 0.8, "{base:?} {name}: {mean} is not {white}");
         }
     }
 }
