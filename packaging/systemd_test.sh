@@ -86,7 +86,7 @@ same_number() { test "$(within pgrep -cf 'overcoat-service')" -le "$before"; }
 until_so same_number
 
 step 'SIGTERM: what was begun is finished'
-asked --data-binary @assets/models/sports-car.glb 'http://127.0.0.1:8080/render?size=1024&quality=good' -o "$work/last.png" -w '%{http_code}' \
+asked --data-binary @assets/models/sports-car.glb 'http://127.0.0.1:8080/render?size=700' -o "$work/last.png" -w '%{http_code}' \
     >"$work/last" &
 last=$!
 is_busy() { asked http://127.0.0.1:8080/metrics | grep -qx 'overcoat_workers_busy 1'; }

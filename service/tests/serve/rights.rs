@@ -154,7 +154,9 @@ fn pictures_that_are_not_drawn_cost_no_units() {
     let models = folder.path().join("models");
     std::fs::create_dir(&models).unwrap();
     let faces = "mtllib red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-    ["a.obj", "b.obj", "c.obj"].map(|name| std::fs::write(models.join(name), faces).unwrap());
+    for name in ["a.obj", "b.obj", "c.obj"] {
+        std::fs::write(models.join(name), faces).unwrap();
+    }
     std::fs::write(models.join("red.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
     let mut args = vec!["--bearer-keys", file.to_str().unwrap(), "--cache", cache.to_str().unwrap()];
     args.extend(["--bearer-for", "all", "--allow-unsigned", "--local", models.to_str().unwrap()]);
