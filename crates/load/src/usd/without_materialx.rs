@@ -16,7 +16,7 @@ pub(super) enum Outcome {
 
 /// No documents.
 #[derive(Default)]
-pub(super) struct Documents;
+pub(super) struct Documents {}
 
 impl Files<'_> {
     /// No file is read as a document.
