@@ -270,7 +270,11 @@ fn equal_textures_are_kept_equally_in_every_format() {
         assert!(message.contains(" of 256 x 256 texels is drawn from 128 x 128, and 8 more"), "{message}");
         // Of bytes the same holds, and what is not textures is counted before them.
         let bytes =
-            Limits::default().with_decoded_bytes(if matches!(format, Format::Amf | Format::ThreeMf) { 5 << 20 } else { 3 << 20 });
+            Limits::default().with_decoded_bytes(if matches!(format, Format::Amf | Format::ThreeMf) {
+                5 << 20
+            } else {
+                3 << 20
+            });
         let reduced = load(file, &bytes, |_| SIDE);
         let side = sides(&reduced)[0];
         assert!(side < SIDE && side > SIDE / 8, "{format:?}: {side}");
