@@ -47,7 +47,7 @@ fn plate(number: u32, name: &str, items: &[(u32, u32)]) -> String {
 
 fn load_plate(bytes: &[u8], number: Option<u32>) -> Result<Loaded, LoadError> {
     let context = Context { resolver: &NoResolver, limits: &Limits::default(), jobs: &Jobs::new(1) };
-    load(bytes, &context, &LoadOptions::default().with_plate(number), &crate::shares::Shares::default())
+    load(bytes, &context, &LoadOptions::default().with_plate(number), &Shares::default())
 }
 
 /// A number of a plate far beyond the others.

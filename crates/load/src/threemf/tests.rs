@@ -73,7 +73,7 @@ fn package(model: &str) -> Vec<u8> {
 
 fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
     let context = Context { resolver: &NoResolver, limits, jobs: &Jobs::new(1) };
-    let mut loaded = load(bytes, &context, &LoadOptions::default(), &crate::shares::Shares::default())?;
+    let mut loaded = load(bytes, &context, &LoadOptions::default(), &Shares::default())?;
     loaded.scene.stand_up(Format::ThreeMf.orientation());
     Ok(loaded)
 }
