@@ -371,7 +371,8 @@ fn ktx2_textures() {
     assert_eq!(level.texels[..], [[10, 20, 30, 255], [40, 50, 60, 255]]);
     // Its size is looked at before it is decoded, and damage is a loss with a name.
     let loaded = model.load_within(&Limits::default().with_texture_pixels(1)).unwrap();
-    let [message] = messages(&loaded)[..] else { panic!("{:?}", messages(&loaded)) };
+    let told = messages(&loaded);
+    let [message] = &told[..] else { panic!("{told:?}") };
     assert!(message.starts_with("image 1 'k' of 2 x 1 texels is drawn from 1 x 1"), "{message}");
     assert_eq!(loaded.scene.textures()[0].width(), 1);
     let place = model.json["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;
@@ -523,7 +524,7 @@ fn claims_of_images_are_limited() {
     assert_eq!(texel, whole);
     let none = of(0);
     assert!(none.scene.textures().is_empty());
-    let message = messages(&none)[0];
+    let message = &messages(&none)[0];
     assert!(
         message.starts_with("image 0 'picture' (")
             && message.ends_with(": 2 texels exceed the limit of 0 (texture_pixels); drawn without it"),
