@@ -4,7 +4,7 @@
 /// Bytes of a block.
 pub const BLOCK: usize = 8;
 
-/// What is added to a colour, from the darkest of a block's colours to the brightest.
+/// Offsets that a block adds to its base colour, from the darkest to the brightest.
 const TABLES: [[i16; 4]; 8] = [
     [-8, -2, 2, 8],
     [-17, -5, 5, 17],
