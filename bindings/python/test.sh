@@ -22,7 +22,7 @@ if ! [ -x "$environment/bin/pip" ]; then
 fi
 # Version numbers are those that the tests were written with; a newer trimesh may have another example.
 "$environment/bin/pip" install --quiet --disable-pip-version-check \
-    'maturin>=1.9,<2' 'numpy>=1.22' pytest mypy 'pyright[nodejs]' 'trimesh<6' 'pyrender==0.1.45' pillow rtree networkx \
+    'maturin>=1.16,<2' 'numpy>=1.22' pytest mypy 'pyright[nodejs]' 'trimesh<6' 'pyrender==0.1.45' pillow rtree networkx \
     nbclient nbformat ipykernel typing_extensions
 python=$environment/bin/python
 "$python" -c 'import pyrender' 2>/dev/null || install libgl1 libegl1 libgl1-mesa-dri libglu1-mesa
@@ -30,7 +30,7 @@ python=$environment/bin/python
 wheels=$target/python-wheels
 rm -rf "$wheels"
 export SHARED_CARGO=${CARGO:-cargo}
-CARGO=$PWD/cargo-shared "$environment/bin/maturin" build --release --locked --interpreter "$python" --out "$wheels"
+CARGO=$PWD/cargo-shared "$environment/bin/maturin" build --release --locked --compression-level 9 --interpreter "$python" --out "$wheels"
 wheel=$(echo "$wheels"/overcoat-*.whl)
 bytes=$(stat -c %s "$wheel")
 echo "$(basename "$wheel"): $bytes bytes"
