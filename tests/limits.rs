@@ -358,7 +358,10 @@ mod by_option {
 
     fn render(folder: &Path, model: &str, limit: &str, more: &[&str]) -> Output {
         let command = if more.contains(&"--frames") { "turntable" } else { "render" };
-        let mut args = vec![command, model, "-o", "p.png", "--env", "none", "--limit", limit];
+        let mut args = vec![command, model, "-o", "p.png", "--limit", limit];
+        if !more.contains(&"--env") {
+            args.extend(["--env", "none"]);
+        }
         if !more.contains(&"--size") {
             args.extend(["--size", "64"]);
         }

@@ -100,8 +100,8 @@ mod tests {
     fn known_values() {
         let (f, _) = DielectricFresnel::Exact.reflectance(1.0, 1.5);
         assert!((f[0] - 0.04).abs() < 1e-15);
-        // 1 - 0.90824, a value of tables (Duntley 1942).
-        assert!((mean_reflectance(1.5) - 0.091_76).abs() < 1e-5 && mean_reflectance(1.0) == 0.0);
+        // Walsh's closed form (1926; in Duntley 1942, "The optical properties of diffusing materials").
+        assert!((mean_reflectance(1.5) - 0.091_777_96).abs() < 1e-7 && mean_reflectance(1.0) == 0.0);
         // At Brewster's angle only s is reflected: ((n^2 - 1) / (n^2 + 1))^2 of one half.
         let (f, _) = DielectricFresnel::Exact.reflectance(1.0 / (1.0_f64 + 2.25).sqrt(), 1.5);
         assert!((f[0] - 0.5 * (1.25_f64 / 3.25) * (1.25 / 3.25)).abs() < 1e-14);
