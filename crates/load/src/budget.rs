@@ -13,7 +13,7 @@ const LARGE: u64 = 1 << 20;
 #[derive(Debug)]
 pub(crate) struct Budget {
     used: u64,
-    /// Those of them that textures take.
+    /// Bytes among them that textures take.
     textures: u64,
     limit: u64,
     /// Texels of textures as they are kept, against [`Limits::total_texture_pixels`].
@@ -84,7 +84,7 @@ impl Claim {
         if self.left_out { 0 } else { area(level_size(self.size, self.finest)) }
     }
 
-    /// Those of them that count as texels of textures.
+    /// Kept texels that count as texels of textures.
     fn pixels(&self) -> u64 {
         if self.is_made { 0 } else { self.texels() }
     }

@@ -25,7 +25,7 @@ pub(crate) enum Pass {
     Shared,
 }
 
-/// What the passes over a file find out.
+/// Results of the passes over a file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shares(Arc<Found>);
 
@@ -139,7 +139,7 @@ impl Shares {
         }
     }
 
-    /// What was read, with one warning for all textures that are kept smaller.
+    /// The file as it was read, with one warning for all textures that are kept smaller.
     fn warned(&self, mut loaded: Loaded) -> Loaded {
         let state = self.state();
         let Some((name, size, finest)) = &state.reduced else { return loaded };

@@ -10,7 +10,7 @@ use overcoat_stages::light::PunctualLight;
 use overcoat_stages::shade::{LampOcclusion, ViewRays};
 use overcoat_stages::shadow::Receiver;
 
-/// Of more lamps than these each throws but a faint shadow, and the floor's picture has them all.
+/// Lamps at most: each of more throws but a faint shadow, and the floor's picture has them all.
 const MOST: usize = 8;
 
 /// Units of shading (about a nanosecond) for one pixel and one lamp.
