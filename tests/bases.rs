@@ -41,7 +41,7 @@ fn a_base_of_the_coat_s_index_has_no_interface() {
             let smooth = Specimen { base_roughness: 0.0, ..coated(Base::Interface) };
             assert_eq!(of(&smooth, light), lambert);
             assert_ne!(of(&coated(Base::Convention), light), lambert);
-            // What is seen without a coat is darker than the substrate.
+            // The color that is seen without a coat is darker than the substrate.
             let seen = of(&coated(Base::Seen), light).mean();
             assert!(ior == 1.0 || (0..3).all(|c| seen[c] > lambert.mean()[c]), "{seen:?} {lambert:?}");
         }

@@ -434,7 +434,7 @@ mod by_option {
             ("nodes", "x.gltf", Some(7), &[]),
             ("depth", "x.gltf", Some(3), &[]),
             ("textures", "x.gltf", Some(2), &[]),
-            // Of pictures of models smaller levels are drawn, or none; an environment is whole.
+            // Textures of models are drawn from smaller levels or left out; environments are whole.
             ("texture_pixels", "x.gltf", Some(8), &["--env", "sky.hdr"]),
             ("total_texture_pixels", "x.gltf", Some(10), &[]),
             ("lights", "x.gltf", Some(2), &[]),

@@ -51,7 +51,7 @@ struct State {
 /// Reads a file, as often as its textures make it necessary.
 ///
 /// # Errors
-/// Those of the reader.
+/// Errors of the reader.
 pub(crate) fn read(
     limits: &Limits,
     mut reader: impl FnMut(&Shares) -> Result<Loaded, LoadError>,

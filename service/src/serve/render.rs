@@ -256,7 +256,7 @@ async fn work(app: Arc<App>, of: Arc<Hashed>, mut led: Vec<Led>, order: Order, p
     if turn.is_ok() {
         led.retain(|led| led.lead.is_wanted());
     }
-    // Those that nobody waits for any more are not drawn.
+    // Pictures that nobody waits for any more are not drawn.
     let wanted = price_of(&led);
     app.give_back(trace, order.price.saturating_sub(wanted));
     let outcomes = match turn {

@@ -208,7 +208,7 @@ fn who_goes_away_pays_for_what_others_wait_for() {
     let mut other = send("sizes=18,20", "free-key-0123456789", "other");
     service.wait_for("overcoat_queue_length", 2.0);
     drop(gone);
-    // Those of the others, and that which asks.
+    // Connections of the others, and the one that asks.
     wait_until(|| service.metric("overcoat_connections") == 3.0);
     workers.iter().for_each(|worker| send_signal("CONT", *worker));
     for stream in [&mut first, &mut other] {

@@ -52,7 +52,7 @@ pub struct LabArgs {
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 
-    /// What varies: view, light, coat, coat-roughness, coat-ior, thickness, base-roughness, base-ior, color or specular
+    /// Quantity that varies: view, light, coat, coat-roughness, coat-ior, thickness, base-roughness, base-ior, color or specular
     #[arg(long, value_name = "WHAT", default_value = "view", value_parser = quantity)]
     pub over: Quantity,
 

@@ -268,7 +268,7 @@ fn equal_textures_are_kept_equally_in_every_format() {
         assert_eq!(sides(&half), vec![SIDE / 2; count], "{format:?}");
         let [message] = said(&half)[..] else { panic!("{format:?}: {:?}", half.warnings) };
         assert!(message.contains(" of 256 x 256 texels is drawn from 128 x 128, and 8 more"), "{message}");
-        // Of bytes the same holds, and what is not textures is counted before them.
+        // Limits of bytes are shared alike; geometry and texts are counted before textures.
         let bytes =
             Limits::default().with_decoded_bytes(if matches!(format, Format::Amf | Format::ThreeMf) {
                 5 << 20
