@@ -6,6 +6,8 @@ use overcoat::scene::{
     AlphaUse, Camera, ColorSpace, Image, Light, LightKind, Mesh, MeshData, NormalTexture, Sampler, Scene,
     ShadingModel,
 };
+use overcoat_core::math::double;
+use std::f64::consts::TAU;
 
 const SIDE: u32 = 40;
 
@@ -49,6 +51,38 @@ fn flicker(light: &[f64]) -> f64 {
 fn highlights_of_moving_surfaces_flicker_less() {
     for model in [ShadingModel::Gltf, ShadingModel::Filament, ShadingModel::OpenPbr, ShadingModel::HdrpLit] {
         let [without, with] = [false, true].map(|on| flicker(&light(model, on)));
+        assert!(with < 0.7 * without, "{model:?}: {without} became {with}");
+    }
+}
+
+/// A rod about a pixel thick that leans a little, with rounds of 48 corners.
+fn rod() -> MeshData {
+    let (lean_sin, lean_cos) = double::sin_cos(0.12);
+    crate::common::shapes::surface(1, 48, |u, v| {
+        let (sin, cos) = double::sin_cos(TAU * v);
+        let (along, across) = (6.0 * u - 3.0, 0.1 * cos);
+        let turned = |x: f64, y: f64| [x * lean_cos - y * lean_sin, x * lean_sin + y * lean_cos];
+        let ([x, y], [nx, ny], [tx, ty]) = (turned(along, across), turned(0.0, cos), turned(1.0, 0.0));
+        ([x, y, 0.1 * sin], [nx, ny, sin], [tx, ty, 0.0])
+    })
+}
+
+/// A highlight along a thin rod is no row of dots: with the filter of edges, which pictures with shadows have, its columns are
+/// more alike than with as many shadings without.
+#[test]
+fn highlights_along_thin_rods_are_even() {
+    for model in [ShadingModel::Standard, ShadingModel::Gltf, ShadingModel::HdrpLit, ShadingModel::UrpDesktop]
+    {
+        let columns = |options: RenderOptions| {
+            let (scene, camera) = body(rod(), 0.0);
+            let options = options.with_shading(model);
+            let frame = Renderer::new(1).render(&scene, &camera, &options).unwrap().frame;
+            let column =
+                |x: u32| (0..SIDE).map(|y| f64::from(frame.pixels[(y * SIDE + x) as usize][1])).sum();
+            flicker(&(4..SIDE - 4).map(column).collect::<Vec<f64>>())
+        };
+        let with = columns(RenderOptions::new(SIDE, SIDE));
+        let without = columns(RenderOptions::draft(SIDE, SIDE).with_shading_rate(4));
         assert!(with < 0.7 * without, "{model:?}: {without} became {with}");
     }
 }

@@ -9,6 +9,7 @@ use overcoat_core::math::lanes::SimdLevel;
 use overcoat_scene::{EnvironmentSource, EquirectImage, Material, Scene, ShadingModel, Workflow};
 use overcoat_shading::coat::standard::roughness_of_lookups;
 use overcoat_stages::light::{LIGHT_DIRECTIONS, Levels, PrefilteredEnvironment, SHEEN};
+use overcoat_stages::shade::NormalFilter;
 use overcoat_tiles::options::RenderOptions;
 use std::sync::Arc;
 
@@ -130,9 +131,14 @@ fn of_material(material: &Material, options: &RenderOptions) -> Levels {
     let model = material.shading(options.shading);
     let round = model == ShadingModel::Standard;
     // A texture scales the factor, to anything below it.
+    let lookups = |factor: f32| if round { roughness_of_lookups(factor) } else { [factor; 2] };
     let range = |factor: f32, textured: bool| {
-        let [least, most] = if round { roughness_of_lookups(factor) } else { [factor; 2] };
-        (if textured { 0.0 } else { least }, if options.specular_antialiasing { 1.0 } else { most })
+        let [least, most] = lookups(factor);
+        // Where edges are filtered, they are rougher.
+        let edges =
+            if options.visibility.is_on() { lookups(NormalFilter::roughest_edge(factor))[1] } else { 0.0 };
+        let most = if options.specular_antialiasing { 1.0 } else { most.max(edges) };
+        (if textured { 0.0 } else { least }, most)
     };
     let base = match &material.workflow {
         Workflow::MetallicRoughness { roughness, texture, .. } => range(*roughness, texture.is_some()),

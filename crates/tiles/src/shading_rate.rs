@@ -16,6 +16,7 @@ use overcoat_core::math::triple::dot;
 use overcoat_scene::{AlphaMode, Filter, Material, Mesh, MipFilter, Texture, TextureRef, Workflow};
 use overcoat_stages::gbuffer::{Draw, SourceTriangle, TriangleSource};
 use overcoat_stages::raster::SUBPIXELS;
+use overcoat_stages::shade::NormalFilter;
 
 /// Condition under which triangles of one material are shaded more than once a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,10 +36,6 @@ pub enum Finer {
     /// two pixels are left out: their neighbours sample the edge in the same pixel.
     Edges(f32),
 }
-
-/// Change of the unit normal from pixel to pixel from which on an edge is narrow, its length squared: a right angle within seven
-/// pixels.
-const EDGE_TURN: f32 = 0.05;
 
 /// Normals that turn by this share of the width of a highlight (its alpha) a pixel move it by so much that it shows.
 const SHARE_OF_LOBE: f32 = 0.25;
@@ -81,7 +78,7 @@ impl Finer {
         if material.unlit {
             Self::Never
         } else {
-            Self::Edges(if turn > EDGE_TURN { turn } else { EDGE_TURN })
+            Self::Edges(if turn > NormalFilter::NARROW { turn } else { NormalFilter::NARROW })
         }
     }
 
