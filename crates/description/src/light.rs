@@ -11,7 +11,7 @@ use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
 use overcoat_core::suggest::{nearest_name, suggestion};
 use overcoat_load::Warning;
-use overcoat_scene::{Environment, Light, LightKind, Scene};
+use overcoat_scene::{Environment, EnvironmentSource, Light, LightKind, Scene};
 
 /// A light of a scene file. They are added to those of the model.
 #[derive(Clone, Debug, PartialEq)]
@@ -453,7 +453,8 @@ impl Description {
         Ok(warnings)
     }
 
-    /// Puts an environment and the description's lights into the scene and takes out lights that are not wanted.
+    /// Puts an environment and the description's lights into the scene and takes out lights that are not wanted. A picture that
+    /// the scene has around it, as files of USD can, stays in place of a studio that the description does not name.
     ///
     /// # Errors
     /// [`DescriptionError`] naming the light.
@@ -464,6 +465,12 @@ impl Description {
         for (number, light) in self.lights_to_add.iter().enumerate() {
             light.add_to(scene, number)?;
         }
+        let is_default = self.env.is_none()
+            && self.lights != Some(false)
+            && matches!(environment.source, EnvironmentSource::Studio);
+        let own = scene.environment().source.clone();
+        let has_own = is_default && matches!(own, EnvironmentSource::Image(_));
+        let environment = if has_own { environment.with(|e| e.source = own) } else { environment };
         Ok(scene.set_environment(environment)?)
     }
 }
@@ -487,6 +494,8 @@ fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
 mod tests {
     use super::*;
     use crate::Description;
+    use overcoat_scene::EquirectImage;
+    use std::sync::Arc;
 
     #[test]
     fn a_rectangle_faces_its_target_with_up_above() {
@@ -501,6 +510,31 @@ mod tests {
         assert_eq!((half_width, half_height, two_sided), ([-1.0, 0.0, 0.0], [0.0, 0.0, -3.0], false));
         // Down, where the target is.
         assert!(cross(half_width, half_height)[1] < 0.0);
+    }
+
+    #[test]
+    fn a_picture_around_a_file_stays_unless_another_light_is_named() {
+        let image = EquirectImage::new(2, 1, vec![[1.0; 3], [2.0; 3]]).expect("two texels");
+        let own = Environment::default().with(|e| e.source = EnvironmentSource::Image(Arc::new(image)));
+        let (limits, jobs) = (Limits::default(), Jobs::new(1));
+        for (text, stays) in [
+            ("", true),
+            ("env_intensity = 3.0\n", true),
+            ("env = \"studio\"\n", false),
+            ("env = \"none\"\n", false),
+            ("lights = false\n", false),
+        ] {
+            let mut scene = Scene::new();
+            scene.set_environment(own.clone()).expect("valid");
+            let description = Description::from_toml(text).expect("valid");
+            // Twice: scenes are lit for each picture.
+            for _ in 0..2 {
+                description.light(&mut scene, &limits, &jobs).expect("lit");
+            }
+            let environment = scene.environment();
+            assert_eq!(matches!(environment.source, EnvironmentSource::Image(_)), stays, "{text}");
+            assert_eq!(environment.intensity, if text.contains('3') { 3.0 } else { 1.0 });
+        }
     }
 
     #[test]

@@ -4,10 +4,9 @@ use std::borrow::Cow;
 
 /// First bytes of files in other formats, and the name for messages: common model formats first, then containers and
 /// files that are mistaken for models.
-const BEGINNINGS: [(&[u8], &str); 35] = [
+const BEGINNINGS: [(&[u8], &str); 34] = [
     (b"BLENDER", "a Blender file"),
     (b"ISO-10303-21", "a STEP file"),
-    (b"#VRML V1", "a VRML 1.0 file: versions from 2.0 on are read"),
     (b"xof 0", "a DirectX model"),
     (b"Open CASCADE Topology", "an Open CASCADE model"),
     (b"DBRep_DrawableShape", "an Open CASCADE model"),

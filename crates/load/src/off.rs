@@ -94,6 +94,28 @@ impl<'a> Words<'a> {
     }
 }
 
+impl Words<'_> {
+    /// Skips the number of edges: the rest of the line, or one of its own; it may be missing.
+    fn skip_edges(&mut self) {
+        if !self.line().trim_ascii().is_empty() {
+            return;
+        }
+        let before = self.0.clone();
+        // Lines are blank, or comments, before there is one with words.
+        while !self.0.rest().trim_ascii_start().is_empty() {
+            self.0 = Tokens::new(self.0.rest().trim_ascii_start());
+            let line = self.line().trim_ascii();
+            if integer(line).is_some() {
+                return;
+            }
+            if !line.is_empty() {
+                break;
+            }
+        }
+        self.0 = before;
+    }
+}
+
 /// Values behind the counts.
 enum Values<'a> {
     Text(Words<'a>),
@@ -232,8 +254,11 @@ fn read(bytes: &[u8], context: &Context<'_>, warnings: &mut Warnings) -> Result<
         count.ok_or_else(|| malformed(format!("the number of {what} is missing")))
     };
     let (vertices, faces) = (count("vertices")?, count("faces")?);
-    // Edges are not stored, and often are not counted either.
-    let _ = count("edges")?;
+    // Edges are not stored, and often are not counted either, or missing.
+    match &mut values {
+        Values::Text(words) => words.skip_edges(),
+        Values::Binary(_) => _ = values.integer(),
+    }
     // No more than the file can hold.
     let held = bytes.len() as u64 / 6;
     check_mesh(context, 0, vertices.min(held))?;
@@ -430,6 +455,23 @@ mod tests {
             let third = mesh.triangles()[2].map(|v| mesh.positions()[v as usize]);
             assert_eq!(third, [[0.0; 3], [2.0, 0.0, 0.0], [1.0; 3]]);
             attack(&bytes, Format::Off);
+        }
+    }
+
+    #[test]
+    fn the_number_of_edges_may_be_missing() {
+        let body = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        for counts in
+            ["3 1", "3 1 0", "3 1 x", "3 1\n0", "3 1 # none\n\n# of them\n0", "3 1\n# none\n", "3\n1\n"]
+        {
+            let loaded = load(format!("OFF\n{counts}\n{body}").as_bytes(), Format::Off).unwrap();
+            let mesh = &loaded.scene.meshes()[0];
+            assert_eq!(
+                (mesh.triangles().len(), loaded.warnings.len()),
+                (1, 0),
+                "{counts}: {:?}",
+                loaded.warnings
+            );
         }
     }
 

@@ -229,6 +229,15 @@ impl<'a> Xml<'a> {
         }
     }
 
+    /// Skips the element whose tag was read last, and returns its text with its tags.
+    pub(crate) fn skip(&mut self) -> Result<&'a str, LoadError> {
+        let at = |xml: &Self| usize::try_from(xml.reader.buffer_position()).unwrap_or(usize::MAX);
+        let text = self.text;
+        let start = text.get(..at(self)).and_then(|before| before.rfind('<')).unwrap_or_default();
+        self.children(|_, _| Ok(()))?;
+        Ok(text.get(start..at(self)).unwrap_or_default())
+    }
+
     /// The text directly within the element whose tag was read last, up to its first child.
     pub(crate) fn content(&mut self) -> Result<String, LoadError> {
         let mut content = String::new();

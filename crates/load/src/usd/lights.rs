@@ -2,7 +2,7 @@
 //!
 //! A light of USD has a radiance: intensity times 2 to the power of exposure, over its area where it is normalized (*UsdLux Schema*,
 //! "Physical units"). A sun's becomes illuminance and a ball's luminous intensity, by the solid angle and the area that they show;
-//! rectangles and tubes keep it. Discs are squares of their area. Of domes, lights of geometry and profiles nothing is drawn.
+//! rectangles and tubes keep it. Discs are squares of their area. Of lights of geometry and profiles nothing is drawn.
 
 use super::FORMAT;
 use super::compose::Composed;
@@ -24,29 +24,14 @@ pub(super) fn is_light(type_name: &str) -> bool {
 
 /// A light and what of it has no effect, or why there is none.
 pub(super) fn read(prim: &Composed, transform: &Transform) -> Result<(Light, Option<&'static str>), String> {
-    let number = |name: &str, default: f64| {
-        let value = prim.number(&format!("inputs:{name}")).or_else(|| prim.number(name));
-        value.filter(|v| v.is_finite()).unwrap_or(default)
-    };
+    let number = |name: &str, default: f64| number(prim, name, default);
     let kind = prim.type_name();
-    let left_out = match kind {
-        "DomeLight" | "DomeLight_1" => {
-            let picture = prim.text("inputs:texture:file").or_else(|| prim.text("texture:file"));
-            let picture = picture.filter(|file| !file.is_empty());
-            let named = picture
-                .map(|file| format!("; --env takes a file like its picture {}", quoted(file.as_bytes())));
-            Some(format!("the picture has an environment of its own{}", named.unwrap_or_default()))
-        }
-        "DistantLight" | "SphereLight" | "DiskLight" | "RectLight" | "CylinderLight" => None,
-        _ => Some("lights of this type are not drawn".to_owned()),
-    };
-    if let Some(why) = left_out {
-        return Err(why);
+    if !matches!(kind, "DistantLight" | "SphereLight" | "DiskLight" | "RectLight" | "CylinderLight") {
+        return Err("lights of this type are not drawn".to_owned());
     }
     let is_normalized = number("normalize", 0.0) != 0.0;
     let default = if kind == "DistantLight" { 50_000.0 } else { 1.0 };
-    let exposure = number("exposure", 0.0).clamp(-100.0, 100.0);
-    let radiance = number("intensity", default) * pow(2.0, exposure);
+    let radiance = radiance(prim, default);
     // Lengths before and after the transform.
     let scale = transform.uniform_scale();
     let [radius, width, height, length] = [("radius", 0.5), ("width", 1.0), ("height", 1.0), ("length", 1.0)]
@@ -86,12 +71,7 @@ pub(super) fn read(prim: &Composed, transform: &Transform) -> Result<(Light, Opt
             (kind, normalized(width * height))
         }
     };
-    let color = prim.value("inputs:color").or_else(|| prim.value("color")).and_then(|v| v.tuple::<3>());
-    let mut color = color.unwrap_or([1.0; 3]);
-    if number("enableColorTemperature", 0.0) != 0.0 {
-        let warm = blackbody(number("colorTemperature", 6500.0));
-        color.iter_mut().zip(warm).for_each(|(c, w)| *c *= w);
-    }
+    let color = color(prim);
     let has_texture =
         ["inputs:texture:file", "texture:file"].into_iter().any(|name| prim.text(name).is_some());
     let has_profile = prim.text("inputs:shaping:ies:file").is_some_and(|file| !file.is_empty());
@@ -106,6 +86,29 @@ pub(super) fn read(prim: &Composed, transform: &Transform) -> Result<(Light, Opt
         l.intensity = within(intensity, MAX_INTENSITY);
     });
     Ok((light, lost))
+}
+
+/// A number of a light, also by the name that it had before inputs.
+pub(super) fn number(prim: &Composed, name: &str, default: f64) -> f64 {
+    let value = prim.number(&format!("inputs:{name}")).or_else(|| prim.number(name));
+    value.filter(|v| v.is_finite()).unwrap_or(default)
+}
+
+/// Intensity, times 2 to the power of exposure.
+pub(super) fn radiance(prim: &Composed, default: f64) -> f64 {
+    let exposure = number(prim, "exposure", 0.0).clamp(-100.0, 100.0);
+    number(prim, "intensity", default) * pow(2.0, exposure)
+}
+
+/// Linear colour, with that of a temperature.
+pub(super) fn color(prim: &Composed) -> [f64; 3] {
+    let color = prim.value("inputs:color").or_else(|| prim.value("color")).and_then(|v| v.tuple::<3>());
+    let mut color = color.unwrap_or([1.0; 3]);
+    if number(prim, "enableColorTemperature", 0.0) != 0.0 {
+        let warm = blackbody(number(prim, "colorTemperature", 6500.0));
+        color.iter_mut().zip(warm).for_each(|(c, w)| *c *= w);
+    }
+    color
 }
 
 /// A bulb, or a spot where its light is shaped to a cone.

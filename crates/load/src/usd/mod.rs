@@ -10,6 +10,7 @@ mod compose;
 mod crate_file;
 mod crate_values;
 mod curves;
+mod dome;
 mod files;
 mod layer;
 mod lights;
@@ -101,7 +102,7 @@ fn read(
         _ => Axis::PositiveY,
     };
     let unit = Transform::scaling(unit).map_err(LoadError::scene("USD: metersPerUnit"))?;
-    let (mut scene, warnings) = scene::build(stage, &unit, loading)?;
+    let (mut scene, warnings) = scene::build(stage, &unit, up == Axis::PositiveZ, loading)?;
     let bounds = scene.bounds();
     if bounds.is_far() {
         scene.move_origin(bounds.round_center());

@@ -27,6 +27,9 @@ type MeshKey = (Vec<usize>, Reads, usize);
 struct Builder<'c> {
     stage: Stage<'c>,
     loading: TextureLoading,
+    is_z_up: bool,
+    /// The environment is that of a dome light.
+    has_dome: bool,
     scene: Scene,
     textures: Textures,
     /// By path; `None` for those without a surface that is known.
@@ -60,11 +63,14 @@ struct Inherited {
 pub(super) fn build(
     stage: Stage<'_>,
     unit: &Transform,
+    is_z_up: bool,
     loading: TextureLoading,
 ) -> Result<(Scene, Warnings), LoadError> {
     let mut builder = Builder {
         stage,
         loading,
+        is_z_up,
+        has_dome: false,
         scene: Scene::new(),
         textures: Textures::default(),
         looks: BTreeMap::new(),

@@ -1,13 +1,15 @@
-//! The classic syntax: VRML 2.0 (ISO/IEC 14772-1, 5.6 and annex A) and X3D (ISO/IEC 19776-2).
+//! The classic syntax: VRML 1.0, VRML 2.0 (ISO/IEC 14772-1, 5.6 and annex A) and X3D (ISO/IEC 19776-2).
 //!
 //! Types of fields are not declared in a file, so they are told by what stands there: numbers, texts, flags or nodes.
 
 use super::FORMAT;
+use super::external::{self, Source};
+use super::first;
 use super::node::{Node, Value, number};
 use super::reading::Reading;
 use crate::LoadError;
 use crate::text::{line_of, quoted};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// A word of the text.
@@ -100,16 +102,17 @@ const DECLARATIONS: [&str; 8] = [
 /// Words that declare an event, which has no value.
 const EVENTS: [&str; 4] = ["eventIn", "eventOut", "inputOnly", "outputOnly"];
 
-/// Reads a text: its outermost nodes.
-pub(super) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Vec<usize>, LoadError> {
-    let words = Words { text, place: 0 };
-    let mut parser = Parser { words, reading, prototypes: BTreeMap::new(), scopes: Vec::new(), work: 0 };
+/// Reads a text: its outermost nodes. One of VRML 1.0 (`is_first`) has children among the fields of a node, and no prototypes.
+pub(super) fn read(text: &str, is_first: bool, reading: &mut Reading<'_>) -> Result<Vec<usize>, LoadError> {
+    let mut work = 0;
+    let mut parser = Parser::new(text, reading, (0, &mut work));
+    parser.is_first = is_first;
     let mut roots = Vec::new();
     loop {
         match parser.words.next() {
             None => return Ok(roots),
             Some(Token::Word(word)) => {
-                if !parser.statement(word)? {
+                if is_first || !parser.statement(word)? {
                     roots.extend(parser.node(word)?);
                 }
             }
@@ -120,28 +123,69 @@ pub(super) fn read(text: &str, reading: &mut Reading<'_>) -> Result<Vec<usize>, 
     }
 }
 
-/// Prototypes within prototypes.
-const DEEPEST: usize = 32;
-/// Bytes of prototypes' nodes that are read for all of their uses.
-const WORK: usize = 1 << 26;
+/// Reads the nodes of a prototype of a text, by its name or the first of all, for a use of it.
+pub(super) fn instance_of(
+    text: &str,
+    name: &str,
+    own: Node,
+    reading: &mut Reading<'_>,
+    uses: (usize, &mut usize),
+) -> Result<Option<usize>, LoadError> {
+    let mut parser = Parser::new(text, reading, uses);
+    loop {
+        match parser.words.next() {
+            None => {
+                external::missing(parser.reading, name);
+                return Ok(None);
+            }
+            Some(Token::Word(word @ ("PROTO" | "EXTERNPROTO"))) => {
+                let found = parser.words.peek();
+                parser.statement(word)?;
+                let Some(Token::Word(found)) = found else { continue };
+                if name.is_empty() || name == found {
+                    let Some(prototype) = parser.prototypes.get(found).cloned() else { continue };
+                    return parser.instance(&prototype, own);
+                }
+            }
+            Some(_) => {}
+        }
+    }
+}
 
 /// A prototype: the values that its fields have by default, and the place of its nodes.
 struct Prototype {
     defaults: Node,
-    body: usize,
+    body: Body,
+}
+
+/// Nodes of a prototype.
+enum Body {
+    /// In this file, from there on.
+    Here(usize),
+    /// In another one.
+    There(Source),
 }
 
 struct Parser<'a, 'r, 'n> {
     words: Words<'a>,
+    is_first: bool,
     reading: &'r mut Reading<'n>,
     prototypes: BTreeMap<&'a str, Rc<Prototype>>,
     /// Fields of the prototypes' uses that are read.
     scopes: Vec<Rc<Node>>,
+    /// Uses of prototypes of other files around this one.
+    around: usize,
     /// Bytes of prototypes that have been read again.
-    work: usize,
+    work: &'r mut usize,
 }
 
-impl<'a> Parser<'a, '_, '_> {
+impl<'a, 'r, 'n> Parser<'a, 'r, 'n> {
+    fn new(text: &'a str, reading: &'r mut Reading<'n>, (around, work): (usize, &'r mut usize)) -> Self {
+        let words = Words { text, place: 0 };
+        let (prototypes, scopes) = (BTreeMap::new(), Vec::new());
+        Self { words, is_first: false, reading, prototypes, scopes, around, work }
+    }
+
     fn error(&self, message: impl std::fmt::Display) -> LoadError {
         let line = line_of(self.words.text.as_bytes(), self.words.rest());
         LoadError::malformed(FORMAT, format!("line {line}: {message}"))
@@ -173,17 +217,15 @@ impl<'a> Parser<'a, '_, '_> {
                 let defaults = self.interface()?;
                 let body = self.words.place;
                 self.skip_brackets(b'{')?;
-                self.prototypes.insert(name, Rc::new(Prototype { defaults, body }));
+                self.prototypes.insert(name, Rc::new(Prototype { defaults, body: Body::Here(body) }));
             }
             "EXTERNPROTO" => {
                 let name = self.word("the name of a prototype")?;
                 self.skip_brackets(b'[')?;
-                match self.words.peek() {
-                    Some(Token::Bracket(b'[')) => self.skip_brackets(b'[')?,
-                    _ => _ = self.words.next(),
-                }
-                let name = quoted(name.as_bytes());
-                self.reading.warnings.add(|| format!("{FORMAT}: prototype {name} (EXTERNPROTO) is left out"));
+                let mut file = Node::default();
+                self.value("url", &mut file)?;
+                let body = Body::There(Source { urls: file.strings("url") });
+                self.prototypes.insert(name, Rc::new(Prototype { defaults: Node::default(), body }));
             }
             // ROUTE a.b TO c.d, META "name" "content", UNIT category name factor, IMPORT a.b AS c.
             "ROUTE" | "UNIT" => self.skip_words(3),
@@ -246,32 +288,19 @@ impl<'a> Parser<'a, '_, '_> {
         }
     }
 
-    /// A copy of a value, which takes memory again.
-    fn copied(&mut self, value: &Value) -> Result<Value, LoadError> {
-        self.reading.budget.charge(|| format!("{FORMAT}: a value of a prototype"), value.bytes(), 1)?;
-        Ok(value.clone())
-    }
-
     /// Reads the nodes of a prototype for a use of it: the first of them stands for it.
     fn instance(&mut self, prototype: &Prototype, mut own: Node) -> Result<Option<usize>, LoadError> {
-        if self.scopes.len() >= DEEPEST || self.work > WORK {
-            let name = quoted(own.kind.as_bytes());
-            self.reading
-                .warnings
-                .add(|| format!("{FORMAT}: prototype {name} is used too often, and left out"));
+        let around = self.around.saturating_add(self.scopes.len());
+        let body = match &prototype.body {
+            Body::Here(body) => *body,
+            Body::There(source) => return external::instance(self.reading, source, own, around, self.work),
+        };
+        if !self.reading.may_use(&own.kind, around, *self.work) {
             return Ok(None);
         }
-        let given: BTreeSet<String> = own.children.iter().map(|(name, _)| name.clone()).collect();
-        for (name, value) in &prototype.defaults.fields {
-            if !own.fields.contains_key(name) && !given.contains(name) {
-                let value = self.copied(value)?;
-                own.fields.insert(name.clone(), value);
-            }
-        }
-        let defaults = prototype.defaults.children.iter().filter(|(name, _)| !given.contains(name));
-        own.children.extend(defaults.cloned());
+        self.reading.add_defaults(&prototype.defaults, &mut own)?;
         let after = self.words.place;
-        self.words.place = prototype.body;
+        self.words.place = body;
         self.words.next();
         self.scopes.push(Rc::new(own));
         self.reading.open_names();
@@ -289,7 +318,7 @@ impl<'a> Parser<'a, '_, '_> {
         }
         self.reading.close_names();
         self.scopes.pop();
-        self.work = self.work.saturating_add(self.words.place.saturating_sub(prototype.body));
+        *self.work = self.work.saturating_add(self.words.place.saturating_sub(body));
         self.words.place = after;
         Ok(found)
     }
@@ -318,6 +347,7 @@ impl<'a> Parser<'a, '_, '_> {
         loop {
             match self.words.next() {
                 Some(Token::Bracket(b'}')) => break,
+                Some(Token::Word(word)) if self.is_first => self.first_field(word, &mut node)?,
                 Some(Token::Word(word)) => self.field(word, &mut node)?,
                 // Nodes end with the file.
                 None => {
@@ -327,12 +357,71 @@ impl<'a> Parser<'a, '_, '_> {
                 other => return Err(self.unexpected(other, "a field")),
             }
         }
+        if self.is_first {
+            first::renamed(&mut node);
+        }
         let Some(prototype) = self.prototypes.get(kind).cloned() else {
             return self.reading.leave(node, name).map(Some);
         };
         let found = self.instance(&prototype, node)?;
         self.reading.leave_use(found, name);
         Ok(found)
+    }
+
+    /// Reads a field or child of a node of VRML 1.0, whose first word is read.
+    fn first_field(&mut self, word: &'a str, node: &mut Node) -> Result<(), LoadError> {
+        let next = self.words.peek();
+        if matches!(word, "DEF" | "USE") || next == Some(Token::Bracket(b'{')) {
+            node.children.extend(self.node(word)?.map(|child| (String::new(), child)));
+            return Ok(());
+        }
+        let is_list = next == Some(Token::Bracket(b'['));
+        if is_list && matches!(word, "fields" | "isA") {
+            // Types of the fields of nodes that are no part of the language.
+            return self.skip_brackets(b'[');
+        }
+        if is_list {
+            self.words.next();
+        }
+        let (mut numbers, mut strings) = (Vec::new(), Vec::new());
+        let mut flag = None;
+        loop {
+            match self.words.next() {
+                Some(Token::Bracket(b']')) if is_list => break,
+                None if is_list => break,
+                Some(Token::Text(text)) => strings.push(text),
+                Some(Token::Word("TRUE")) => flag = Some(true),
+                Some(Token::Word("FALSE")) => flag = Some(false),
+                // Several names at once: (SIDES | TOP).
+                Some(Token::Word(word)) if word.starts_with('(') => {
+                    strings.push(word.to_owned());
+                    let mut last = word;
+                    while !last.ends_with(')') {
+                        last = self.word("a closing parenthesis")?;
+                        strings.push(last.to_owned());
+                    }
+                }
+                Some(Token::Word(word)) => match number(word) {
+                    Some(number) => {
+                        numbers.push(number);
+                        self.numbers(&mut numbers);
+                    }
+                    None => strings.push(word.to_owned()),
+                },
+                other => return Err(self.unexpected(other, "a value")),
+            }
+            if !is_list {
+                break;
+            }
+        }
+        // An empty list is a value: a material without diffuse colours glows.
+        let value = match flag {
+            Some(flag) => Value::Flag(flag),
+            None if strings.is_empty() => Value::Numbers(numbers),
+            None => Value::Strings(strings),
+        };
+        node.fields.insert(word.to_owned(), value);
+        Ok(())
     }
 
     /// Reads a field, whose name is read.
@@ -398,12 +487,7 @@ impl<'a> Parser<'a, '_, '_> {
             Some(Token::Word("IS")) => {
                 let field = self.word("the name of a field")?;
                 let Some(scope) = self.scopes.last().cloned() else { return Ok(()) };
-                if let Some(value) = scope.fields.get(field) {
-                    let value = self.copied(value)?;
-                    node.fields.insert(name.to_owned(), value);
-                }
-                let children = scope.children.iter().filter(|(known, _)| known == field);
-                node.children.extend(children.map(|(_, child)| (name.to_owned(), *child)));
+                self.reading.connect(&scope, field, node, name)?;
             }
             Some(Token::Word(word)) => match number(word) {
                 Some(number) => {

@@ -166,13 +166,24 @@ impl Places {
 
 /// Linear colours of a node `Color` or `ColorRGBA`.
 pub(super) fn colors(node: &Node) -> Vec<[f32; 4]> {
-    let unit = |v: f32| if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 };
-    let linear = |v: f32| srgb_to_linear(unit(v));
     if node.kind == "ColorRGBA" {
         let rows = node.rows::<4>("color");
         return rows.into_iter().map(|[r, g, b, a]| [linear(r), linear(g), linear(b), unit(a)]).collect();
     }
-    let rows = node.rows::<3>("color");
+    opaque(node, "color")
+}
+
+fn unit(v: f32) -> f32 {
+    if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
+}
+
+fn linear(v: f32) -> f32 {
+    srgb_to_linear(unit(v))
+}
+
+/// Linear colours of a field.
+pub(super) fn opaque(node: &Node, field: &str) -> Vec<[f32; 4]> {
+    let rows = node.rows::<3>(field);
     rows.into_iter().map(|[r, g, b]| [linear(r), linear(g), linear(b), 1.0]).collect()
 }
 
@@ -180,19 +191,24 @@ impl Values {
     /// Values in the nodes within one.
     pub(super) fn read(node: &Node, nodes: &Nodes) -> Self {
         let mut values = Self::default();
-        for child in node.children.iter().filter_map(|(_, child)| nodes.get(*child)) {
-            values.take(&child, nodes);
+        for (field, child) in &node.children {
+            let Some(child) = nodes.get(*child) else { continue };
+            if field == super::first::COLORS {
+                values.colors = super::first::colors(&child);
+            } else {
+                values.take(&child, nodes);
+            }
         }
         values
     }
 
     fn take(&mut self, child: &Rc<Node>, nodes: &Nodes) {
         match child.kind.as_str() {
-            "Coordinate" | "CoordinateDouble" => self.positions = child.rows("point"),
+            "Coordinate" | "CoordinateDouble" | "Coordinate3" => self.positions = child.rows("point"),
             "Normal" => self.normals = child.rows("vector"),
             "Color" | "ColorRGBA" => self.colors = colors(child),
             // Counted from the lower edge of pictures.
-            "TextureCoordinate" => {
+            "TextureCoordinate" | "TextureCoordinate2" => {
                 self.uvs = child.rows::<2>("point").into_iter().map(|[u, v]| [u, 1.0 - v]).collect();
             }
             "MultiTextureCoordinate" => {

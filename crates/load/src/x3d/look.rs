@@ -20,6 +20,9 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
+/// Kind of the node that has the rows of a transform of VRML 1.0, which no file can have.
+pub(super) const MATRIX: &str = "texture matrix of VRML 1.0";
+
 /// Kind of geometry that is drawn with a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Use {
@@ -112,7 +115,8 @@ impl<'a> Looks<'a> {
         let Some((texture, may_cover)) = self.texture(id, &node, (nodes, scene), (budget, warnings))? else {
             return Ok(material);
         };
-        let transform = child(&["TextureTransform"]).map_or(UvTransform::IDENTITY, |(_, n)| uv_transform(&n));
+        let transform = child(&["TextureTransform", MATRIX]);
+        let transform = transform.map_or(UvTransform::IDENTITY, |(_, n)| uv_transform(&n));
         material.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform });
         // Pictures take the place of the diffuse colour.
         let [.., alpha] = material.base_color;
@@ -300,6 +304,8 @@ fn uv_transform(node: &Node) -> UvTransform {
     // Rows of -C S R C T.
     let row = |a: f64, b: f64, c: f64| [a, b, a * (cx + tx) + b * (cy + ty) - c];
     let rows = [row(sx * cos, -sx * sin, cx), row(sy * sin, sy * cos, cy)];
+    let given = node.fixed("matrix", [0.0; 6]);
+    let rows = if node.kind == MATRIX { given.as_chunks().0.try_into().unwrap_or(rows) } else { rows };
     let [[a, b, c], [d, e, f]] = rows;
     // The same for coordinates that count from the upper edge.
     let flipped = [[a, -b, b + c], [-d, e, 1.0 - e - f]];

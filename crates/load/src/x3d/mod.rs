@@ -1,11 +1,15 @@
-//! VRML 2.0 (VRML97, ISO/IEC 14772-1) and X3D (ISO/IEC 19775-1) in its classic and XML syntaxes: two ways to write the same nodes.
+//! VRML 1.0, VRML 2.0 (VRML97, ISO/IEC 14772-1) and X3D (ISO/IEC 19775-1) in its classic and XML syntaxes: ways to write the same nodes.
 //!
 //! Shapes are drawn where groups and transforms place them, with the finest of levels of detail and the chosen child of switches.
 //! Other files (`Inline`) and textures are read from the model's folder. Prototypes of other files and of XML, text, curved
 //! surfaces and whatever else is no shape is left out, with a warning that names it; lights and viewpoints have no effect.
 
 mod classic;
+mod external;
 mod faces;
+mod first;
+#[cfg(test)]
+mod first_tests;
 mod lines;
 mod look;
 mod node;
@@ -32,6 +36,7 @@ use overcoat_scene::{MaterialId, Mesh, MeshData, MeshId, PrimitiveKind, Scene, T
 use reading::{Nodes, Reading};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
+use std::rc::Rc;
 
 /// The format in messages: of both.
 const FORMAT: &str = "VRML";
@@ -44,7 +49,7 @@ const KEPT: u64 = 4;
 
 /// True for the text of a file in the classic syntax that can be read.
 pub(crate) fn is_classic(text: &[u8]) -> bool {
-    text.starts_with(b"#VRML V2.") || text.starts_with(b"#X3D V")
+    text.starts_with(b"#VRML V1.") || text.starts_with(b"#VRML V2.") || text.starts_with(b"#X3D V")
 }
 
 /// True for the text of a file in XML.
@@ -71,6 +76,7 @@ pub(crate) fn load(
         looks: Looks::new(context, textures),
         materials: BTreeMap::new(),
         meshes: BTreeMap::new(),
+        made: first::Made::default(),
         found: BTreeMap::new(),
         files: BTreeMap::new(),
         nearby: Nearby::default(),
@@ -109,6 +115,8 @@ struct Builder<'a> {
     materials: BTreeMap<(Option<usize>, Use), MaterialId>,
     /// By geometry; `None` for those of which nothing is drawn.
     meshes: BTreeMap<usize, Option<Drawn>>,
+    /// Nodes in place of those of VRML 1.0.
+    made: first::Made,
     /// Other files by their folder and name in nodes: where they are, if they are there.
     found: BTreeMap<(usize, String), Option<String>>,
     /// Outermost nodes of other files, by where they are.
@@ -128,14 +136,18 @@ impl Builder<'_> {
     fn read(&mut self, bytes: &[u8], folder: String) -> Result<Vec<usize>, LoadError> {
         self.budget.charge(|| format!("{FORMAT}: the text"), bytes.len() as u64, KEPT)?;
         let text = text_of(bytes, "", &mut self.budget)?;
-        let (nodes, limits) = (&mut self.nodes, self.context.limits);
-        let mut reading = Reading::new(nodes, &mut self.budget, &mut self.warnings, limits, folder);
+        let files = (self.context, &mut self.nearby);
+        let mut reading = Reading::new(&mut self.nodes, &mut self.budget, &mut self.warnings, files, folder);
         if is_xml(text.trim_start().as_bytes()) {
             xml::read(&text, &mut reading)
-        } else if text.starts_with("#VRML V1") {
-            Err(LoadError::unsupported("VRML", "version 1.0; version 2.0 and X3D are read"))
+        } else if text.trim_start().starts_with("#VRML V1") {
+            let roots = classic::read(&text, true, &mut reading)?;
+            let children = roots.into_iter().map(|root| (String::new(), root)).collect();
+            reading
+                .add(Node { kind: first::FILE.to_owned(), children, ..Node::default() })
+                .map(|root| vec![root])
         } else {
-            classic::read(&text, &mut reading)
+            classic::read(&text, false, &mut reading)
         }
     }
 
@@ -143,7 +155,8 @@ impl Builder<'_> {
         nodes.iter().try_for_each(|&node| self.node(node, parent, depth))
     }
 
-    fn node(&mut self, id: usize, parent: &Transform, depth: u64) -> Result<(), LoadError> {
+    /// A node that is about to be drawn.
+    fn visit(&mut self, id: usize, depth: u64) -> Result<Option<Rc<Node>>, LoadError> {
         // Nodes can be used as often as one likes, in others that are.
         self.visits = self.visits.saturating_add(1);
         let limits = self.context.limits;
@@ -151,7 +164,19 @@ impl Builder<'_> {
         Limits::check(what, self.visits, limits.nodes, "nodes")?;
         let deepest = limits.depth.min(2 * reading::DEEPEST);
         Limits::check(|| format!("{FORMAT}: nodes within nodes"), depth, deepest, "depth")?;
-        let Some(node) = self.nodes.get(id) else { return Ok(()) };
+        Ok(self.nodes.get(id))
+    }
+
+    /// Counts a node that is not drawn.
+    fn leave_out(&mut self, kind: &str) {
+        if self.left_out.len() < 1024 {
+            let count = self.left_out.entry(kind.to_owned()).or_default();
+            *count = count.saturating_add(1);
+        }
+    }
+
+    fn node(&mut self, id: usize, parent: &Transform, depth: u64) -> Result<(), LoadError> {
+        let Some(node) = self.visit(id, depth)? else { return Ok(()) };
         if !node.flag("visible", true) {
             return Ok(());
         }
@@ -183,12 +208,10 @@ impl Builder<'_> {
                 chosen.map_or(Ok(()), |&chosen| self.node(chosen, parent, below))
             }
             "Inline" => self.inline(&node, parent, below),
+            first::FILE => self.first(&node, parent, below),
             kind if has_no_looks(kind) => Ok(()),
             kind => {
-                if self.left_out.len() < 1024 {
-                    let count = self.left_out.entry(kind.to_owned()).or_default();
-                    *count = count.saturating_add(1);
-                }
+                self.leave_out(kind);
                 Ok(())
             }
         }
@@ -265,7 +288,17 @@ impl Builder<'_> {
         };
         let appearance = find(|kind| kind == "Appearance");
         let geometry = find(|kind| kind != "Appearance" && !kind.starts_with("Metadata"));
-        let Some((id, geometry)) = geometry else { return Ok(()) };
+        let Some(geometry) = geometry else { return Ok(()) };
+        self.draw(appearance, geometry, place)
+    }
+
+    /// Draws a geometry with an appearance at a place.
+    fn draw(
+        &mut self,
+        appearance: Option<(usize, Rc<Node>)>,
+        (id, geometry): (usize, Rc<Node>),
+        place: &Transform,
+    ) -> Result<(), LoadError> {
         let drawn = match self.meshes.get(&id) {
             Some(known) => *known,
             None => {
@@ -310,8 +343,7 @@ impl Builder<'_> {
                     None => match lines::read(node, &self.nodes, context, warnings)? {
                         Some(data) => Some(data),
                         None => {
-                            let count = self.left_out.entry(node.kind.clone()).or_default();
-                            *count = count.saturating_add(1);
+                            self.leave_out(&node.kind);
                             None
                         }
                     },

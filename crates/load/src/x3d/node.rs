@@ -127,7 +127,7 @@ impl Node {
 }
 
 /// Texts of an attribute: in quotes, or a single one without.
-fn strings_of(text: &str) -> Vec<String> {
+pub(super) fn strings_of(text: &str) -> Vec<String> {
     let text = text.trim();
     if !text.starts_with('"') {
         return if text.is_empty() { Vec::new() } else { vec![text.to_owned()] };

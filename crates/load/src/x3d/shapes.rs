@@ -76,24 +76,25 @@ impl Shape {
         }
     }
 
-    fn cuboid(&mut self, [x, y, z]: [f64; 3]) {
+    /// Adds the faces of a box that are there.
+    fn cuboid(&mut self, [x, y, z]: [f64; 3], is_there: impl Fn(&str) -> bool) {
         // Normal, and the ways right and up as one sees it from outside.
-        const FACES: [[[f64; 3]; 3]; 6] = [
-            [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            [[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
-            [[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]],
-            [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
-            [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+        const FACES: [(&str, [[f64; 3]; 3]); 6] = [
+            ("front", [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+            ("back", [[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+            ("right", [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+            ("left", [[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]),
+            ("top", [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
+            ("bottom", [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
         ];
-        for [normal, right, up] in FACES {
+        for (_, [normal, right, up]) in FACES.iter().filter(|(name, _)| is_there(name)) {
             let first = self.data.positions.len() as u32;
             for [u, v] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
-                let ([nx, ny, nz], [rx, ry, rz], [ux, uy, uz]) = (normal, right, up);
+                let ([nx, ny, nz], [rx, ry, rz], [ux, uy, uz]) = (*normal, *right, *up);
                 let (r, w) = (2.0 * u - 1.0, 2.0 * v - 1.0);
                 let position =
                     [x * (nx + r * rx + w * ux), y * (ny + r * ry + w * uy), z * (nz + r * rz + w * uz)];
-                self.vertex(position, normal, [u, v]);
+                self.vertex(position, *normal, [u, v]);
             }
             self.triangle(first, [0, 1, 2]);
             self.triangle(first, [0, 2, 3]);
@@ -105,7 +106,10 @@ impl Shape {
 pub(super) fn read(node: &Node) -> Option<MeshData> {
     let mut shape = Shape::default();
     match node.kind.as_str() {
-        "Box" => shape.cuboid(node.fixed("size", [2.0; 3]).map(|side| side / 2.0)),
+        "Box" => {
+            let half = node.fixed("size", [2.0; 3]).map(|side| side / 2.0);
+            shape.cuboid(half, |face| node.flag(face, true));
+        }
         "Sphere" => {
             let radius = node.number("radius", 1.0);
             let point = |row: u32| -> Point {

@@ -4,13 +4,14 @@ use super::super::compose::Composed;
 use super::super::curves::Curves;
 use super::super::mesh::element;
 use super::super::points::Cloud;
-use super::super::{camera, lights};
+use super::super::{camera, dome, lights};
 use super::{Builder, Inherited};
 use crate::LoadError;
 use crate::mesh_formats::check_mesh;
 use crate::warnings::counted;
-use overcoat_scene::{MaterialId, PrimitiveKind};
+use overcoat_scene::{Environment, EnvironmentSource, MaterialId, PrimitiveKind};
 use std::rc::Rc;
+use std::sync::Arc;
 
 impl Builder<'_> {
     /// Draws points (UsdGeomPoints).
@@ -78,6 +79,12 @@ impl Builder<'_> {
 
     pub(super) fn light(&mut self, prim: &Composed, state: &Inherited) {
         let label = lights::label(prim);
+        if dome::is_dome(prim.type_name()) {
+            if let Err(why) = self.dome(prim, state) {
+                self.stage.files.say(|| format!("{label} has no effect: {why}"));
+            }
+            return;
+        }
         let message = match lights::read(prim, &state.transform) {
             Ok((light, lost)) => match (self.scene.add_light(light), lost) {
                 (Err(error), _) => format!("{label} is left out: {error}"),
@@ -87,6 +94,19 @@ impl Builder<'_> {
             Err(why) => format!("{label} has no effect: {why}"),
         };
         self.stage.files.say(|| message);
+    }
+
+    /// Surrounds the scene with the picture of a dome, or tells why not.
+    fn dome(&mut self, prim: &Composed, state: &Inherited) -> Result<(), String> {
+        if self.has_dome {
+            return Err("the scene has another one".to_owned());
+        }
+        let image = dome::read(prim, &state.transform, self.is_z_up, &mut self.stage.files)?;
+        let environment =
+            Environment::default().with(|e| e.source = EnvironmentSource::Image(Arc::new(image)));
+        self.scene.set_environment(environment).map_err(|error| error.to_string())?;
+        self.has_dome = true;
+        Ok(())
     }
 
     fn say_bad(&mut self, prim: &Composed, bad: u64, what: &str) {

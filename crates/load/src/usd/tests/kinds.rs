@@ -1,10 +1,10 @@
 //! Points, curves, lights, cameras, and textures in tiles.
 
 use super::{SQUARE, file, read, texture, with_material};
-use crate::hostile::{attack, load, warnings};
+use crate::hostile::{attack, limits, load, load_beside, warnings};
 use crate::threemf::{png, zip};
-use crate::{Format, Loaded};
-use overcoat_scene::{LightKind, PrimitiveKind, Projection};
+use crate::{Format, Loaded, MemoryResolver};
+use overcoat_scene::{EnvironmentSource, LightKind, PrimitiveKind, Projection};
 
 #[test]
 fn points_have_colours_and_widths() {
@@ -130,7 +130,12 @@ fn lights_have_their_units() {
     assert_eq!(tube.kind, LightKind::Tube { ends: [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]], radius: 0.25 });
     assert!(matches!(light("DiskLight \"L\" { }").kind, LightKind::Rect { .. }));
     for (text, expected) in [
-        ("DomeLight \"L\" { asset inputs:texture:file = @sky.hdr@ }", "a file like its picture 'sky.hdr'"),
+        ("DomeLight \"L\" { asset inputs:texture:file = @sky.hdr@ }", "its picture 'sky.hdr' is left out"),
+        ("DomeLight \"L\" { }", "it has no picture"),
+        (
+            "DomeLight \"L\" { asset inputs:texture:file = @a.hdr@\n token inputs:texture:format = \"angular\" }",
+            "'angular'",
+        ),
         ("GeometryLight \"L\" { }", "lights of this type are not drawn"),
         ("RectLight \"L\" { asset inputs:texture:file = @sky.hdr@ }", "'/L': its picture has no effect"),
         ("RectLight \"L\" { float inputs:width = 0 }", "is left out"),
@@ -138,6 +143,76 @@ fn lights_have_their_units() {
         let loaded = read(&format!("{SQUARE}\ndef {text}\n"));
         assert!(warnings(&loaded)[0].contains(expected), "{:?}", loaded.warnings);
     }
+}
+
+/// A picture of 8 x 4 texels whose second row shines at both sides of its centre; or all alike.
+fn sky(is_plain: bool) -> Vec<u8> {
+    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n".to_vec();
+    for k in 0..32 {
+        let shines = is_plain || matches!(k, 11 | 12);
+        bytes.extend(if shines { [128, 128, 128, 129] } else { [0; 4] });
+    }
+    bytes
+}
+
+#[test]
+fn domes_surround_the_scene_with_their_picture() {
+    let beside = |metadata: &str, lights: &str| {
+        let mut beside = MemoryResolver::default();
+        beside.files.insert("maps/sky.hdr".to_owned(), sky(false));
+        beside.files.insert("plain.hdr".to_owned(), sky(true));
+        let text = file(metadata, &format!("{SQUARE}\n{lights}\n"));
+        load_beside(text.as_bytes(), Format::Usd, &beside, &limits()).unwrap()
+    };
+    // Rows and columns with light, and the light there.
+    let places = |loaded: &Loaded| {
+        let EnvironmentSource::Image(image) = &loaded.scene.environment().source else {
+            panic!("no picture")
+        };
+        assert_eq!((image.width(), image.height()), (8, 4));
+        let shining = image.pixels().iter().zip(0_u32..).filter(|(pixel, _)| pixel[0] > 0.01);
+        shining
+            .map(|(pixel, k)| (k / 8, k % 8, pixel.map(|v| (v * 100.0).round() / 100.0)))
+            .collect::<Vec<_>>()
+    };
+    let picture = "asset inputs:texture:file = @maps/sky.hdr@";
+    let plain = beside("", &format!("def DomeLight \"L\" {{ {picture} }}"));
+    // The centre of a dome's picture looks to +Z, which an environment has at three quarters.
+    let ahead = vec![(1, 5, [1.0; 3]), (1, 6, [1.0; 3])];
+    assert_eq!((places(&plain), warnings(&plain)), (ahead.clone(), vec![]));
+    let turn = |axis: &str, degrees: i32| {
+        format!(
+            "float xformOp:rotate{axis} = {degrees}\n uniform token[] xformOpOrder = [\"xformOp:rotate{axis}\"]"
+        )
+    };
+    let bright =
+        "float inputs:intensity = 2\n float inputs:exposure = 1\n color3f inputs:color = (1, 0.5, 0)";
+    let turned = beside("", &format!("def DomeLight \"L\" {{ {picture}\n {bright}\n {} }}", turn("Y", 90)));
+    assert_eq!(places(&turned), [(1, 3, [4.0, 2.0, 0.0]), (1, 4, [4.0, 2.0, 0.0])]);
+    // Upside down.
+    let over = beside("", &format!("def DomeLight \"L\" {{ {picture}\n {} }}", turn("Z", 180)));
+    assert_eq!(places(&over), [(2, 5, [1.0; 3]), (2, 6, [1.0; 3])]);
+    // The pole is +Y in scenes of +Z, too, unless the light is of the second kind.
+    let upright = "    upAxis = \"Z\"";
+    for light in [
+        format!("def DomeLight_1 \"L\" {{ {picture} }}"),
+        format!("def DomeLight_1 \"L\" {{ {picture}\n token poleAxis = \"Z\" }}"),
+        format!("def DomeLight \"L\" {{ {picture}\n {} }}", turn("X", 90)),
+    ] {
+        assert_eq!(places(&beside(upright, &light)), ahead, "{light}");
+    }
+    let two =
+        beside("", &format!("def DomeLight \"L\" {{ {picture} }}\ndef DomeLight \"M\" {{ {picture} }}"));
+    assert!(
+        warnings(&two)[0].contains("'/M' has no effect: the scene has another one"),
+        "{:?}",
+        warnings(&two)
+    );
+    let grey = beside("", "def DomeLight \"L\" { asset inputs:texture:file = @plain.hdr@ }");
+    assert!(
+        warnings(&grey)[0].contains("of one colour")
+            && matches!(grey.scene.environment().source, EnvironmentSource::Studio)
+    );
 }
 
 #[test]
