@@ -178,7 +178,7 @@ pub mod load {
     #[doc(inline)]
     pub use overcoat_load::{
         AssignError, BuiltinMaterial, GivenPictures, MaterialError, MaterialErrorReason, MaterialFile,
-        MaterialKey, MaterialValueKind, material_keys,
+        MaterialKey, MaterialValueKind, material_keys, material_value,
     };
 }
 

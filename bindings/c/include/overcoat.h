@@ -1111,6 +1111,32 @@ overcoat_status overcoat_material_set_text(overcoat *overcoat,
                                            const char *value);
 
 /*
+ Tells a parameter of a material by its name, in the units of overcoat_material_set(): the count of its numbers goes to `count_out`, and as
+ many of them as `capacity` has room for to `values_out`, which may be null if that is 0. A switch has one, 0 or 1, and so has a
+ texture: 1 if there is one. "emissive" is multiplied by "emissive_strength", which is 1 therefore.
+ */
+overcoat_status overcoat_material_get(overcoat *overcoat,
+                                      uint64_t world,
+                                      uint64_t material,
+                                      const char *name,
+                                      float *values_out,
+                                      size_t capacity,
+                                      size_t *count_out);
+
+/*
+ Tells a parameter of a material by its name as text: a name without quotes ("blend"), everything else as JSON has it ("0.25",
+ "[0.5, 0.02, 0.02]", "true"). The length of the text goes to `length_out`, and as much of it as `capacity` has room for, ended by a 0,
+ to `text_out`, which may be null if that is 0.
+ */
+overcoat_status overcoat_material_get_text(overcoat *overcoat,
+                                           uint64_t world,
+                                           uint64_t material,
+                                           const char *name,
+                                           char *text_out,
+                                           size_t capacity,
+                                           size_t *length_out);
+
+/*
  Sets a texture of a material ("base_color_texture", "normal_texture", "coat_texture", ...), as overcoat_material_set(). Null takes it away.
  It is copied. Of "metallic_texture" and "roughness_texture" the one that is not set is gone: "metallic_roughness_texture" has both.
  */

@@ -4,7 +4,9 @@ use crate::context::{Inner, overcoat, run};
 use crate::material_files::laid;
 use crate::raw::{self, Sized32};
 use crate::status::{Failure, Status, overcoat_status};
-use renderer::load::{GivenPictures, MaterialKey, MaterialValueKind, MemoryResolver, material_keys};
+use renderer::load::{
+    GivenPictures, MaterialKey, MaterialValueKind, MemoryResolver, material_keys, material_value,
+};
 use renderer::scene::Image;
 use renderer::world::MaterialHandle;
 use serde_json::{Value, json};
@@ -163,6 +165,87 @@ pub unsafe extern "C" fn overcoat_material_set_text(
             }
             let none = (&MemoryResolver::default(), &GivenPictures::default());
             set(inner, [world, material], name, Value::from(value), none)
+        })
+    }
+}
+
+/// The value of a parameter of a material, as JSON has it.
+fn value(inner: &mut Inner, [world, material]: [u64; 2], key: &MaterialKey) -> Result<String, Failure> {
+    let material = inner.world(world)?.material(MaterialHandle::from_bits(material))?;
+    material_value(material, key.name).ok_or_else(|| Failure::argument(format!("{}: has no value", key.name)))
+}
+
+/// Tells a parameter of a material by its name, in the units of overcoat_material_set(): the count of its numbers goes to `count_out`, and as
+/// many of them as `capacity` has room for to `values_out`, which may be null if that is 0. A switch has one, 0 or 1, and so has a
+/// texture: 1 if there is one. "emissive" is multiplied by "emissive_strength", which is 1 therefore.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn overcoat_material_get(
+    overcoat: *mut overcoat,
+    world: u64,
+    material: u64,
+    name: *const c_char,
+    values_out: *mut f32,
+    capacity: usize,
+    count_out: *mut usize,
+) -> overcoat_status {
+    // SAFETY: of the caller.
+    unsafe {
+        run(overcoat, |inner, _| {
+            let name = raw::text(name).ok_or_else(|| Failure::argument("name: null, or no UTF-8"))?;
+            let key = key(name)?;
+            if values_out.is_null() && capacity > 0 {
+                return Err(Failure::argument("values_out: null"));
+            }
+            let text = value(inner, [world, material], &key)?;
+            let numbers: Option<Vec<f32>> = match text.as_str() {
+                "false" => Some(vec![0.0]),
+                "true" => Some(vec![1.0]),
+                list => list.trim_matches(['[', ']']).split(", ").map(|number| number.parse().ok()).collect(),
+            };
+            let numbers = numbers.ok_or_else(|| {
+                Failure::argument(format!(
+                    "{name}: is one of {}: overcoat_material_get_text() tells it",
+                    key.takes
+                ))
+            })?;
+            for (k, number) in numbers.iter().take(capacity).enumerate() {
+                raw::write(values_out.wrapping_add(k), *number);
+            }
+            raw::write(count_out, numbers.len());
+            Ok(())
+        })
+    }
+}
+
+/// Tells a parameter of a material by its name as text: a name without quotes ("blend"), everything else as JSON has it ("0.25",
+/// "[0.5, 0.02, 0.02]", "true"). The length of the text goes to `length_out`, and as much of it as `capacity` has room for, ended by a 0,
+/// to `text_out`, which may be null if that is 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn overcoat_material_get_text(
+    overcoat: *mut overcoat,
+    world: u64,
+    material: u64,
+    name: *const c_char,
+    text_out: *mut c_char,
+    capacity: usize,
+    length_out: *mut usize,
+) -> overcoat_status {
+    // SAFETY: of the caller.
+    unsafe {
+        run(overcoat, |inner, _| {
+            let name = raw::text(name).ok_or_else(|| Failure::argument("name: null, or no UTF-8"))?;
+            let key = key(name)?;
+            if text_out.is_null() && capacity > 0 {
+                return Err(Failure::argument("text_out: null"));
+            }
+            let text = value(inner, [world, material], &key)?;
+            let text = text.trim_matches('"');
+            let bytes = text.bytes().take(capacity.saturating_sub(1)).chain([0]).take(capacity);
+            for (k, byte) in bytes.enumerate() {
+                raw::write(text_out.wrapping_add(k), byte as c_char);
+            }
+            raw::write(length_out, text.len());
+            Ok(())
         })
     }
 }

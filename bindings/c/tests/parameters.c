@@ -15,6 +15,63 @@ static void set(overcoat *o, uint64_t world, uint64_t material, const char *name
     OK(overcoat_material_set(o, world, material, name, &value, 1));
 }
 
+/* Parameters that were set are told by the same names, in as much memory as there is. */
+static void parameters_are_told(overcoat *o) {
+    uint64_t instance, material, world = cube_world(o, &instance, &material);
+    const float red[4] = {0.5f, 0.02f, 0.1f, 0.75f};
+    float found[5] = {9, 9, 9, 9, 9};
+    char text[40];
+    size_t count = 0;
+    OK(overcoat_set_material_text(o, world, material, "description = \"\"", NULL, 0));
+    OK(overcoat_material_set(o, world, material, "base_color", red, 4));
+    set(o, world, material, "roughness", 0.3f);
+    set(o, world, material, "double_sided", 1);
+    set(o, world, material, "anisotropy_rotation", 30);
+    set(o, world, material, "options.stacklit_newest", 1);
+    OK(overcoat_material_set_text(o, world, material, "alpha_mode", "blend"));
+
+    OK(overcoat_material_get(o, world, material, "base_color", NULL, 0, &count));
+    CHECK(count == 4);
+    OK(overcoat_material_get(o, world, material, "base_color", found, 2, &count));
+    CHECK(count == 4 && found[0] == red[0] && found[1] == red[1] && found[2] == 9);
+    OK(overcoat_material_get(o, world, material, "base_color", found, 5, &count));
+    CHECK(count == 4 && memcmp(found, red, sizeof red) == 0 && found[4] == 9);
+    OK(overcoat_material_get(o, world, material, "roughness", found, 5, NULL));
+    CHECK(found[0] == 0.3f);
+    OK(overcoat_material_get(o, world, material, "anisotropy_rotation", found, 5, &count));
+    CHECK(count == 1 && fabsf(found[0] - 30) < 1e-5f);
+    OK(overcoat_material_get(o, world, material, "double_sided", found, 5, &count));
+    CHECK(count == 1 && found[0] == 1);
+    OK(overcoat_material_get(o, world, material, "options.stacklit_newest", found, 5, &count));
+    CHECK(count == 1 && found[0] == 1);
+    OK(overcoat_material_get(o, world, material, "base_color_texture", found, 5, &count));
+    CHECK(count == 1 && found[0] == 0);
+    /* Never set: what it is without. */
+    OK(overcoat_material_get(o, world, material, "ior", found, 5, &count));
+    CHECK(count == 1 && found[0] == 1.5f);
+
+    OK(overcoat_material_get_text(o, world, material, "alpha_mode", text, sizeof text, &count));
+    CHECK(count == 5 && strcmp(text, "blend") == 0);
+    OK(overcoat_material_get_text(o, world, material, "alpha_mode", text, 3, &count));
+    CHECK(count == 5 && strcmp(text, "bl") == 0);
+    OK(overcoat_material_get_text(o, world, material, "alpha_mode", NULL, 0, &count));
+    CHECK(count == 5);
+    OK(overcoat_material_get_text(o, world, material, "base_color", text, sizeof text, &count));
+    CHECK(strcmp(text, "[0.5, 0.02, 0.1, 0.75]") == 0 && count == strlen(text));
+    OK(overcoat_material_get_text(o, world, material, "double_sided", text, sizeof text, NULL));
+    CHECK(strcmp(text, "true") == 0);
+
+    FAILS(overcoat_material_get(o, world, material, "cot", found, 5, &count), OVERCOAT_INVALID_ARGUMENT, "no parameter 'cot'");
+    FAILS(overcoat_material_get(o, world, material, "over", found, 5, &count), OVERCOAT_INVALID_ARGUMENT, "no parameter 'over'");
+    FAILS(overcoat_material_get(o, world, material, "alpha_mode", found, 5, &count), OVERCOAT_INVALID_ARGUMENT, "overcoat_material_get_text()");
+    FAILS(overcoat_material_get(o, world, material, "coat", NULL, 1, &count), OVERCOAT_INVALID_ARGUMENT, "values_out: null");
+    FAILS(overcoat_material_get(o, world, material, NULL, found, 1, &count), OVERCOAT_INVALID_ARGUMENT, "name: null");
+    FAILS(overcoat_material_get(o, world, 999, "coat", found, 1, &count), OVERCOAT_GONE, "material");
+    FAILS(overcoat_material_get_text(o, world, material, "cot", text, 9, &count), OVERCOAT_INVALID_ARGUMENT, "no parameter 'cot'");
+    FAILS(overcoat_material_get_text(o, world, material, "coat", NULL, 9, &count), OVERCOAT_INVALID_ARGUMENT, "text_out: null");
+    OK(overcoat_world_free(o, world));
+}
+
 static void parameters_have_names(overcoat *o) {
     uint64_t instance, material, by_text, world = cube_world(o, &instance, &material);
     char one_by_one[33], at_once[33], json[33];
@@ -452,6 +509,7 @@ int main(void) {
     overcoat *o = NULL;
     CHECK(overcoat_new(NULL, &o) == OVERCOAT_OK);
     parameters_have_names(o);
+    parameters_are_told(o);
     textures_are_pixels(o);
     planes_and_cameras_agree(o);
     lines_and_points_are_drawn(o);

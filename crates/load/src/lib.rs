@@ -133,7 +133,7 @@ pub use input::{has_folder, read_input};
 #[cfg(feature = "material-files")]
 pub use material::{
     AssignError, BuiltinMaterial, GivenPictures, MaterialError, MaterialErrorReason, MaterialFile,
-    MaterialKey, MaterialValueKind, material_keys,
+    MaterialKey, MaterialValueKind, material_keys, material_value,
 };
 pub use named_environment::NamedEnvironment;
 pub use normals::add_smooth_normals;

@@ -135,7 +135,9 @@ impl Key {
         };
         match self.kind {
             Kind::Description => None,
-            Kind::Over | Kind::Part(..) | Kind::Value(Texture(_)) => Some("false".to_owned()),
+            Kind::Over => Some("false".to_owned()),
+            Kind::Value(Texture(slot)) => Some(slot.get(material).is_some().to_string()),
+            Kind::Part(..) => Self::named("metallic_roughness_texture")?.text(material),
             Kind::Value(Number(_, access)) => Some(format!("{:?}", (access.get)(material))),
             Kind::Value(Pair(_, access)) => Some(list(&(access.get)(material))),
             Kind::Value(Triple(_, access) | Color(_, access)) => Some(list(&(access.get)(material))),
@@ -229,6 +231,14 @@ pub struct MaterialKey {
     pub about: &'static str,
     /// The models that read it; none if it is for all.
     pub read_by: Vec<ShadingModel>,
+}
+
+/// The value of a material by the name of a key, as TOML and JSON have it: a number, a list of them, a name in quotes, `true` or
+/// `false`; of textures, `true` if there is one. Units are those of the key, and `emissive_strength` is 1, since `emissive` has it in it.
+/// `None` if no key has that name, or the key has no value.
+#[must_use]
+pub fn material_value(material: &Material, name: &str) -> Option<String> {
+    Key::named(name)?.text(material)
 }
 
 /// All keys of material files, in the order of the documentation.

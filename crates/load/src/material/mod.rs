@@ -42,7 +42,7 @@ mod texture;
 
 pub use builtin::BuiltinMaterial;
 pub use error::{AssignError, MaterialError, MaterialErrorReason};
-pub use keys::{MaterialKey, MaterialValueKind, material_keys};
+pub use keys::{MaterialKey, MaterialValueKind, material_keys, material_value};
 pub(crate) use laid::{Part, Recipe, TextureMaker};
 use materialx::is_xml;
 #[cfg(feature = "more-models")]
