@@ -184,9 +184,10 @@ pub fn png(data: &[u8]) {
     picture(data);
 }
 
-/// A texture that begins as JPEG files do.
+/// A texture that begins as JPEG files do, and an environment, which may have a gain map.
 pub fn jpeg(data: &[u8]) {
     picture(data);
+    environment(data);
 }
 
 /// A texture that begins as WebP files do.

@@ -2,6 +2,7 @@
 
 mod cube;
 mod display;
+mod gain_map;
 
 use super::input::Input;
 use super::packed::{Unpacked, unpack};
@@ -44,7 +45,8 @@ struct Picture {
 /// Zstandard; the first bytes say which.
 ///
 /// Values of HDR and OpenEXR files are linear radiance: of the primaries that OpenEXR files state (`chromaticities`), converted
-/// to Rec. 709, and of Rec. 709 otherwise, whatever exposure is stated. Other pictures are read as sRGB, with a warning.
+/// to Rec. 709, and of Rec. 709 otherwise, whatever exposure is stated. JPEG files with a gain map ("Ultra HDR": Adobe's
+/// and Google's metadata, or ISO 21496-1) give its light in full, 1 being the white of screens. Other pictures are read as sRGB, with a warning.
 ///
 /// Pictures are equirectangular, but for cubes: OpenEXR files that say so (`envmap`), crosses of 4 x 3 and 3 x 4 faces whose
 /// other places are blank, and strips of 6 x 1 and 1 x 6 (+X, -X, +Y, -Y, +Z, -Z as OpenGL has them; +Z is at the centre).

@@ -1,13 +1,14 @@
 //! Environments in pictures for screens, whose light ends at white.
 
 use super::super::LoadError;
-use super::Picture;
+use super::{Picture, gain_map};
 use overcoat_core::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use overcoat_core::formats;
 use overcoat_core::limits::Limits;
 use overcoat_image::decode::{DecodedPicture, SampleKind};
 
-/// Reads a still JPEG, PNG or WebP picture as sRGB; where it is transparent it is dark. `None` for other bytes.
+/// Reads a still JPEG, PNG or WebP picture as sRGB, multiplied by its gain map if it has one; where it is transparent it is dark. `None`
+/// for other bytes.
 ///
 /// # Errors
 /// [`LoadError`] if it is damaged, moves, or asks for more than the limits allow.
@@ -28,18 +29,26 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Option<Picture>, Loa
         _ => srgb_to_linear(code / white),
     };
     let pixels = picture.pixels.iter().map(|&[r, g, b, a]| [r, g, b].map(|v| light(v) * (a / white)));
+    let mut pixels: Vec<_> = pixels.collect();
+    let size = (picture.width, picture.height);
+    let is_jpeg = format == formats::JPEG.name;
+    let gained = if is_jpeg { gain_map::apply(bytes, size, &mut pixels, limits) } else { None };
+    let reason = match &gained {
+        Some(Err(reason)) => format!("; its gain map, which has more, is not used: {reason}"),
+        _ => String::new(),
+    };
     let warning = format!(
         "{format}: an environment for screens ({} a channel), read as sRGB: nothing in it is brighter than white, so that lamps \
-         and the sun give too little light (Radiance HDR and OpenEXR have the whole range)",
+         and the sun give too little light (Radiance HDR and OpenEXR have the whole range){reason}",
         picture.kind
     );
     Ok(Some(Picture {
         format,
         width: picture.width,
         height: picture.height,
-        pixels: pixels.collect(),
+        pixels,
         projection: None,
         has_noise: true,
-        warnings: vec![warning],
+        warnings: if gained == Some(Ok(())) { Vec::new() } else { vec![warning] },
     }))
 }

@@ -48,7 +48,7 @@ fn exr(width: u32, rows: &[[f32; 3]], more: &[Attribute]) -> Vec<u8> {
     bytes
 }
 
-fn open(bytes: &[u8]) -> LoadedEnvironment {
+pub(super) fn open(bytes: &[u8]) -> LoadedEnvironment {
     let (limits, jobs) = (Limits::default(), Jobs::new(1));
     load(bytes, &Context { resolver: &NoResolver, limits: &limits, jobs: &jobs }).unwrap()
 }
