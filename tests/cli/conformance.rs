@@ -418,8 +418,9 @@ fn the_script_reads_piz_and_tiles() {
     let few = ["--size", "32", "--samples", "32", "--scenes", "furnace", "--models", "three"];
     let folder = pack(work.path(), "a", &few);
     // Few different values, so that what is compressed is smaller: else blocks are stored as they are.
-    let values: Vec<f32> =
-        (0..SIZE[0] * SIZE[1]).map(|k| ((k % SIZE[0] / 3 + k / SIZE[0] * 7) % 23) as f32 * 0.25 - 1.0).collect();
+    let values: Vec<f32> = (0..SIZE[0] * SIZE[1])
+        .map(|k| ((k % SIZE[0] / 3 + k / SIZE[0] * 7) % 23) as f32 * 0.25 - 1.0)
+        .collect();
     let halves = values.iter().map(|v| f16::from_f32(*v)).collect();
     let numbers = (0..values.len() as u32).map(|k| k / 50 * 0x1_0001).collect();
     let print = "import sys, score\np = score.read(sys.argv[1])\nprint(p.width, p.height)\n\

@@ -64,9 +64,8 @@ fn a_dielectric_reflects_by_its_index_relative_to_the_coat() {
         [in_white(&surface), lane::<Scalar>(lit(&surface, light), 0)[0]]
     };
     let below = |ior: f32, data: SurfaceData<Scalar>| SurfaceData { coat: coat(1.0, 0.0, ior), ..data };
-    let close = |a: [f32; 2], b: [f32; 2], by: f32| {
-        (0..2).all(|k| (a[k] - b[k]).abs() <= by * b[k].abs().max(1e-3))
-    };
+    let close =
+        |a: [f32; 2], b: [f32; 2], by: f32| (0..2).all(|k| (a[k] - b[k]).abs() <= by * b[k].abs().max(1e-3));
     let black = |f0: f32| SurfaceData { dielectric_f0: grey(f0), ..plain(0.0, 0.0, 0.4) };
     let gain = |ior: f32| {
         let (with, without) = (shown(&below(ior, black(0.04))), shown(&below(ior, matt(0.0))));
@@ -75,7 +74,10 @@ fn a_dielectric_reflects_by_its_index_relative_to_the_coat() {
     assert!(close(shown(&below(1.5, plain(0.5, 0.0, 0.4))), shown(&below(1.5, matt(0.5))), 1e-4));
     let (equal, near, none) = (gain(1.5), gain(1.4), gain(1.0));
     for k in 0..2 {
-        assert!(equal[k].abs() < 1e-5 && near[k] > 1e-5 && near[k] < 0.3 * none[k], "{equal:?} {near:?} {none:?}");
+        assert!(
+            equal[k].abs() < 1e-5 && near[k] > 1e-5 && near[k] < 0.3 * none[k],
+            "{equal:?} {near:?} {none:?}"
+        );
     }
     assert!(close(shown(&below(1.0, black(0.04))), shown(&black(0.04)), 0.02));
     let metal = |f0: f32| SurfaceData { dielectric_f0: grey(f0), ..plain(0.6, 1.0, 0.4) };

@@ -30,8 +30,8 @@
 //! not dim is the base. The Lambertian part is reciprocal. The specular one is but for the albedos that all bounces between
 //! facets scale with, which look at the view.
 //!
-//! **Quirks.** F0 of the base is its reflectance in place, under the coat: an index of refraction of the base is not
-//! seen from that of the coat, as the lab, glTF and three.js have it, and StackLit does not.
+//! **Quirks.** Below a coat a dielectric base reflects by its index relative to the coat's, and not at all where the two are
+//! equal; the index is the one that has F0 in air. F0 of a metal is its reflectance in place, under the coat.
 //!
 //! **Left out:** sheen, thin films, the second lobe, subsurface scattering, the coat's colour (its medium has an extinction).
 //! Scattering in the medium. Every result is finite and not negative for inputs in range and unit vectors.
