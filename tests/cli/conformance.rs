@@ -351,12 +351,40 @@ fn the_script_passes_what_is_right_and_fails_what_is_too_bright() {
         assert_eq!((rows(&found).len(), known.len()), (4, 4));
         for (found, known) in rows(&found).iter().zip(&known) {
             assert_eq!((found[0], found[1], found.len()), (known[1], known[2], known.len() - 1));
-            for (a, b) in found[2..].iter().zip(&known[3..]) {
+            assert_eq!(found[12..], known[13..], "there is one truth without --one-bounce");
+            for (a, b) in found[2..12].iter().zip(&known[3..13]) {
                 let (a, b): (f64, f64) = (a.parse().unwrap(), b.parse().unwrap());
                 assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "{model} {}: {a} is not {b}", found[0]);
             }
         }
     }
+}
+
+/// A renderer of one bounce fails by the truth of all bounces and passes by that of one; the verdicts name both.
+#[test]
+fn renderers_of_one_bounce_have_a_truth_of_their_own() {
+    let work = tempfile::tempdir().unwrap();
+    let few =
+        ["--size", "32", "--samples", "128", "--scenes", "matt-lamp,coat-rough-lamp", "--models", "three"];
+    let a = pack(work.path(), "a", &[&few[..], &["--one-bounce"]].concat());
+    let b = pack(work.path(), "b", &[&few[..], &["--one-bounce", "--seed", "1"]].concat());
+    assert_eq!(names(&a.join("one-bounce")), ["coat-rough-lamp.exr"], "others have one truth");
+    let known = fs::read_to_string(a.join("engines/scores.tsv")).unwrap();
+    let known = rows(&known);
+    assert_eq!((known[0][13], known[1][13]), ("-", "fail"), "{known:?}");
+    fs::copy(b.join("truth/matt-lamp.exr"), b.join("one-bounce/matt-lamp.exr")).unwrap();
+    let run = |folder: &str, extra: &[&str]| -> Option<(String, Option<i32>)> {
+        let output = score(&[&["a/score.py", folder], extra].concat(), work.path())?;
+        Some((String::from_utf8(output.stdout.clone()).unwrap(), output.status.code()))
+    };
+    let Some((text, code)) = run("b/one-bounce", &[]) else { return };
+    let line = text.lines().find(|line| line.contains("coat-rough-lamp")).unwrap();
+    assert!(line.starts_with("FAIL") && line.contains("too dark as a whole"), "{text}");
+    assert!(line.contains("one bounce: pass") && code == Some(1), "{text}");
+    assert_eq!(run("b/one-bounce", &["--one-bounce"]).unwrap().1, Some(0));
+    let (text, code) = run("b/truth", &[]).unwrap();
+    assert!(text.contains("one bounce: FAIL") && code == Some(0), "{text}");
+    assert_eq!(run("b/truth", &["--one-bounce"]).unwrap().1, Some(1));
 }
 
 #[test]
@@ -417,12 +445,11 @@ fn the_script_reads_piz_and_tiles() {
     let work = tempfile::tempdir().unwrap();
     let few = ["--size", "32", "--samples", "32", "--scenes", "furnace", "--models", "three"];
     let folder = pack(work.path(), "a", &few);
-    // Few different values, so that what is compressed is smaller: else blocks are stored as they are.
-    let values: Vec<f32> = (0..SIZE[0] * SIZE[1])
-        .map(|k| ((k % SIZE[0] / 3 + k / SIZE[0] * 7) % 23) as f32 * 0.25 - 1.0)
-        .collect();
+    // Few different values in large areas, so that what is compressed is smaller: else blocks are stored as they are.
+    let value = |k: usize| (k % SIZE[0] / 9 + k / SIZE[0] / 7 * 2) as f32 * 0.25 - 1.0;
+    let values: Vec<f32> = (0..SIZE[0] * SIZE[1]).map(value).collect();
     let halves = values.iter().map(|v| f16::from_f32(*v)).collect();
-    let numbers = (0..values.len() as u32).map(|k| k / 50 * 0x1_0001).collect();
+    let numbers = (0..values.len() as u32).map(|k| k / 500 * 0x1_0001).collect();
     let print = "import sys, score\np = score.read(sys.argv[1])\nprint(p.width, p.height)\n\
         for c in 'GIR': print(*p.channels[c])";
     let run = |path: &Path| {
@@ -450,7 +477,7 @@ fn the_script_reads_piz_and_tiles() {
             let mut lines = text.lines();
             assert_eq!(lines.next(), Some("75 53"), "{compression:?} {blocks:?}: {}", stderr(&output));
             let floats: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
-            let integers: Vec<f64> = (0..values.len()).map(|k| (k / 50 * 0x1_0001) as f64).collect();
+            let integers: Vec<f64> = (0..values.len()).map(|k| (k / 500 * 0x1_0001) as f64).collect();
             for (channel, expected) in ["G", "I", "R"].into_iter().zip([&floats, &integers, &floats]) {
                 let found: Vec<f64> = lines.next().unwrap().split(' ').map(|v| v.parse().unwrap()).collect();
                 assert!(found == *expected, "{compression:?} {blocks:?} {channel}");
