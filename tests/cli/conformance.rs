@@ -2,8 +2,8 @@
 
 use super::{names, overcoat, stderr};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
-    read_all_flat_layers_from_file,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    LineOrder, WritableImage, f16, read_all_flat_layers_from_file,
 };
 use overcoat_core::math::double::{atan2, tan};
 use overcoat_lab::lab::{Base, Light, Referee, Specimen};
@@ -351,12 +351,40 @@ fn the_script_passes_what_is_right_and_fails_what_is_too_bright() {
         assert_eq!((rows(&found).len(), known.len()), (4, 4));
         for (found, known) in rows(&found).iter().zip(&known) {
             assert_eq!((found[0], found[1], found.len()), (known[1], known[2], known.len() - 1));
-            for (a, b) in found[2..].iter().zip(&known[3..]) {
+            assert_eq!(found[12..], known[13..], "there is one truth without --one-bounce");
+            for (a, b) in found[2..12].iter().zip(&known[3..13]) {
                 let (a, b): (f64, f64) = (a.parse().unwrap(), b.parse().unwrap());
                 assert!((a - b).abs() <= 2e-5 * b.abs().max(1.0), "{model} {}: {a} is not {b}", found[0]);
             }
         }
     }
+}
+
+/// A renderer of one bounce fails by the truth of all bounces and passes by that of one; the verdicts name both.
+#[test]
+fn renderers_of_one_bounce_have_a_truth_of_their_own() {
+    let work = tempfile::tempdir().unwrap();
+    let few =
+        ["--size", "32", "--samples", "128", "--scenes", "matt-lamp,coat-rough-lamp", "--models", "three"];
+    let a = pack(work.path(), "a", &[&few[..], &["--one-bounce"]].concat());
+    let b = pack(work.path(), "b", &[&few[..], &["--one-bounce", "--seed", "1"]].concat());
+    assert_eq!(names(&a.join("one-bounce")), ["coat-rough-lamp.exr"], "others have one truth");
+    let known = fs::read_to_string(a.join("engines/scores.tsv")).unwrap();
+    let known = rows(&known);
+    assert_eq!((known[0][13], known[1][13]), ("-", "fail"), "{known:?}");
+    fs::copy(b.join("truth/matt-lamp.exr"), b.join("one-bounce/matt-lamp.exr")).unwrap();
+    let run = |folder: &str, extra: &[&str]| -> Option<(String, Option<i32>)> {
+        let output = score(&[&["a/score.py", folder], extra].concat(), work.path())?;
+        Some((String::from_utf8(output.stdout.clone()).unwrap(), output.status.code()))
+    };
+    let Some((text, code)) = run("b/one-bounce", &[]) else { return };
+    let line = text.lines().find(|line| line.contains("coat-rough-lamp")).unwrap();
+    assert!(line.starts_with("FAIL") && line.contains("too dark as a whole"), "{text}");
+    assert!(line.contains("one bounce: pass") && code == Some(1), "{text}");
+    assert_eq!(run("b/one-bounce", &["--one-bounce"]).unwrap().1, Some(0));
+    let (text, code) = run("b/truth", &[]).unwrap();
+    assert!(text.contains("one bounce: FAIL") && code == Some(0), "{text}");
+    assert_eq!(run("b/truth", &["--one-bounce"]).unwrap().1, Some(1));
 }
 
 #[test]
@@ -407,6 +435,60 @@ fn the_script_says_what_it_cannot_score() {
     planes.insert("B".to_owned(), blue);
     write(&picture, 32, &planes);
     said(&[], &[], 0);
+}
+
+/// Compressions and tiles of other renderers, in sizes that are no multiple of anything, halves and floats: the script reads what
+/// was written, and says so where a file is damaged.
+#[test]
+fn the_script_reads_piz_and_tiles() {
+    const SIZE: [usize; 2] = [75, 53];
+    let work = tempfile::tempdir().unwrap();
+    let few = ["--size", "32", "--samples", "32", "--scenes", "furnace", "--models", "three"];
+    let folder = pack(work.path(), "a", &few);
+    // Few different values in large areas, so that what is compressed is smaller: else blocks are stored as they are.
+    let value = |k: usize| (k % SIZE[0] / 9 + k / SIZE[0] / 7 * 2) as f32 * 0.25 - 1.0;
+    let values: Vec<f32> = (0..SIZE[0] * SIZE[1]).map(value).collect();
+    let halves = values.iter().map(|v| f16::from_f32(*v)).collect();
+    let numbers = (0..values.len() as u32).map(|k| k / 500 * 0x1_0001).collect();
+    let print = "import sys, score\np = score.read(sys.argv[1])\nprint(p.width, p.height)\n\
+        for c in 'GIR': print(*p.channels[c])";
+    let run = |path: &Path| {
+        let path = path.to_str().unwrap();
+        Command::new("python3").args(["-c", print, path]).env("PYTHONPATH", &folder).output()
+    };
+    for compression in [Compression::PIZ, Compression::PXR24, Compression::ZIP16, Compression::RLE] {
+        for blocks in [Blocks::ScanLines, Blocks::Tiles(exr::math::Vec2(32, 20))] {
+            let channels = AnyChannels::sort(
+                vec![
+                    AnyChannel::new("R", FlatSamples::F32(values.clone())),
+                    AnyChannel::new("G", FlatSamples::F16(Vec::clone(&halves))),
+                    AnyChannel::new("I", FlatSamples::U32(Vec::clone(&numbers))),
+                ]
+                .into(),
+            );
+            let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+            let layer = Layer::new((SIZE[0], SIZE[1]), LayerAttributes::default(), encoding, channels);
+            let path = work.path().join("x.exr");
+            Image::from_layer(layer).write().to_file(&path).unwrap();
+            let bytes = fs::read(&path).unwrap();
+            assert!(bytes.len() < 9 * values.len(), "{compression:?} {blocks:?}: {}", bytes.len());
+            let Ok(output) = run(&path) else { return eprintln!("skipped: there is no python3") };
+            let text = String::from_utf8(output.stdout.clone()).unwrap();
+            let mut lines = text.lines();
+            assert_eq!(lines.next(), Some("75 53"), "{compression:?} {blocks:?}: {}", stderr(&output));
+            let floats: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
+            let integers: Vec<f64> = (0..values.len()).map(|k| (k / 500 * 0x1_0001) as f64).collect();
+            for (channel, expected) in ["G", "I", "R"].into_iter().zip([&floats, &integers, &floats]) {
+                let found: Vec<f64> = lines.next().unwrap().split(' ').map(|v| v.parse().unwrap()).collect();
+                assert!(found == *expected, "{compression:?} {blocks:?} {channel}");
+            }
+            for cut in [bytes.len() / 3, bytes.len() - 9] {
+                fs::write(&path, &bytes[..cut]).unwrap();
+                let said = stderr(&run(&path).unwrap());
+                assert!(said.contains("score.Wrong") && said.contains("damaged"), "{compression:?}: {said}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -54,6 +54,36 @@ fn in_white(surface: &Surface<Scalar>) -> f32 {
     lane::<Scalar>(around(surface, 1.0, &|_| grey(1.0)), 0)[0]
 }
 
+/// The specular lobe of a dielectric is that of its index relative to the coat's: none below a coat of its own index, little below
+/// one that is near to it, and without a coat or below one of index 1 all of it. A metal's does not change.
+#[test]
+fn a_dielectric_reflects_by_its_index_relative_to_the_coat() {
+    let light = tilted(0.7);
+    let shown = |data: &SurfaceData<Scalar>| {
+        let surface = seen(data, 0.8);
+        [in_white(&surface), lane::<Scalar>(lit(&surface, light), 0)[0]]
+    };
+    let below = |ior: f32, data: SurfaceData<Scalar>| SurfaceData { coat: coat(1.0, 0.0, ior), ..data };
+    let close =
+        |a: [f32; 2], b: [f32; 2], by: f32| (0..2).all(|k| (a[k] - b[k]).abs() <= by * b[k].abs().max(1e-3));
+    let black = |f0: f32| SurfaceData { dielectric_f0: grey(f0), ..plain(0.0, 0.0, 0.4) };
+    let gain = |ior: f32| {
+        let (with, without) = (shown(&below(ior, black(0.04))), shown(&below(ior, matt(0.0))));
+        [with[0] - without[0], with[1] - without[1]]
+    };
+    assert!(close(shown(&below(1.5, plain(0.5, 0.0, 0.4))), shown(&below(1.5, matt(0.5))), 1e-4));
+    let (equal, near, none) = (gain(1.5), gain(1.4), gain(1.0));
+    for k in 0..2 {
+        assert!(
+            equal[k].abs() < 1e-5 && near[k] > 1e-5 && near[k] < 0.3 * none[k],
+            "{equal:?} {near:?} {none:?}"
+        );
+    }
+    assert!(close(shown(&below(1.0, black(0.04))), shown(&black(0.04)), 0.02));
+    let metal = |f0: f32| SurfaceData { dielectric_f0: grey(f0), ..plain(0.6, 1.0, 0.4) };
+    assert!(close(shown(&below(1.5, metal(0.04))), shown(&below(1.5, metal(0.0))), 1e-6));
+}
+
 /// A surface of the table of properties.
 struct Shown(Surface<Scalar>);
 

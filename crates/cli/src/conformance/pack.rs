@@ -27,6 +27,8 @@ pub(super) struct Request<'a> {
     /// Walks of each pixel.
     pub samples: u32,
     pub seed: u32,
+    /// True for a second truth of scenes that have one.
+    pub one_bounce: bool,
 }
 
 /// The truth as its file has it.
@@ -93,6 +95,16 @@ pub(super) fn make(
         let truth = Planes32::new(&truth.map_err(|e| failure::lab(&e.into()))?);
         let path = format!("truth/{name}.exr");
         files.push((path.clone(), exr(&path, [size; 2], channels(&truth), ExrPrecision::Float)?));
+        let one = if request.one_bounce && scene.has_truth_of_one_bounce() {
+            let walks = [request.samples, request.seed];
+            let one = Truth::of_one_bounce(scene, size, walks, engines.jobs(), |_| ());
+            let one = Planes32::new(&one.map_err(|e| failure::lab(&e.into()))?);
+            let path = format!("one-bounce/{name}.exr");
+            files.push((path.clone(), exr(&path, [size; 2], channels(&one), ExrPrecision::Float)?));
+            Some(one)
+        } else {
+            None
+        };
         for &model in request.models {
             let picture = engines.picture(scene, model, size).map_err(|e| failure::lab(&e))?;
             // As the file has it.
@@ -101,7 +113,9 @@ pub(super) fn make(
             let path = format!("engines/{}/{name}.exr", model.name());
             let bytes = exr(&path, [size; 2], rgb(["R", "G", "B"], &picture), ExrPrecision::Half)?;
             files.push((path, bytes));
-            scores.push(Entry { model: model.name(), scene: name, score: score(&truth, size, &picture) });
+            let one_bounce = one.as_ref().map(|one| score(one, size, &picture));
+            let score = score(&truth, size, &picture);
+            scores.push(Entry { model: model.name(), scene: name, score, one_bounce });
         }
     }
     files.push(("engines/scores.tsv".to_owned(), tsv(&scores).into_bytes()));
@@ -135,17 +149,21 @@ fn list(scenes: &[Scene]) -> String {
 /// Scores as `score.py --tsv` writes them, with the model before.
 fn tsv(scores: &[Entry]) -> String {
     let mut text =
-        "model\tscene\tverdict\tbias\terror\tnoise\trmse\tflip\tz_mean\tz_square\tpixels\tblocks\twhole\n"
+        "model\tscene\tverdict\tbias\terror\tnoise\trmse\tflip\tz_mean\tz_square\tpixels\tblocks\twhole\t\
+         one_verdict\tone_bias\tone_error\n"
             .to_owned();
-    for Entry { model, scene, score } in scores {
+    for Entry { model, scene, score, one_bounce } in scores {
         let Score { passes, bias, error, noise, rmse, flip, z_mean, z_square, pixels, blocks, whole } =
             *score;
-        let verdict = if passes { "pass" } else { "fail" };
-        let _ = write!(text, "{model}\t{scene}\t{verdict}");
+        let verdict = |passes| if passes { "pass" } else { "fail" };
+        let _ = write!(text, "{model}\t{scene}\t{}", verdict(passes));
         for number in [bias, error, noise, rmse, flip, z_mean, z_square, pixels, blocks, whole] {
             let _ = write!(text, "\t{number:.6}");
         }
-        text.push('\n');
+        let _ = match one_bounce {
+            Some(one) => writeln!(text, "\t{}\t{:.6}\t{:.6}", verdict(one.passes), one.bias, one.error),
+            None => writeln!(text, "\t-\t-\t-"),
+        };
     }
     text
 }

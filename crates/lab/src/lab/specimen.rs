@@ -87,17 +87,38 @@ impl Specimen {
     /// # Errors
     /// [`StackError`] naming the layer and the number that is out of range.
     pub fn stack(&self, coated: bool) -> Result<Stack, StackError> {
+        self.stack_of(coated, true)
+    }
+
+    /// The layers with one bounce between the facets of each interface, as GGX is in most renderers: light that would meet a second
+    /// facet is lost.
+    ///
+    /// # Errors
+    /// As of [`Specimen::stack`].
+    pub fn stack_of_one_bounce(&self, coated: bool) -> Result<Stack, StackError> {
+        self.stack_of(coated, false)
+    }
+
+    /// True if some interface of the coated surface has further bounces between its facets, so that the two stacks differ.
+    #[must_use]
+    pub fn has_further_bounces(&self) -> bool {
+        let is_rough = |roughness: f64| roughness * roughness >= LEAST_ALPHA;
+        let facets = self.metal || self.index_below(self.coat_ior).is_some();
+        is_rough(self.coat_roughness) && self.coat_ior != 1.0 || facets && is_rough(self.base_roughness)
+    }
+
+    fn stack_of(&self, coated: bool, bounces: bool) -> Result<Stack, StackError> {
         let mut layers = Stack::builder();
         if coated {
             let coat = Interface::dielectric(self.coat_ior);
-            layers = layers.interface(rough(coat, self.coat_roughness, self.coat_ior != 1.0));
+            layers = layers.interface(rough(coat, self.coat_roughness, bounces && self.coat_ior != 1.0));
             layers = layers.medium(Medium::absorbing(self.extinction.map(|c| c * self.thickness)));
         }
         if self.metal {
             let metal = Interface::schlick_conductor(self.color);
-            layers = layers.interface(rough(metal, self.base_roughness, true));
+            layers = layers.interface(rough(metal, self.base_roughness, bounces));
         } else {
-            if let Some(facets) = self.facets(if coated { self.coat_ior } else { 1.0 }) {
+            if let Some(facets) = self.facets(if coated { self.coat_ior } else { 1.0 }, bounces) {
                 layers = layers.interface(facets).medium(Medium::absorbing([0.0; 3]));
             }
             layers = layers.interface(Interface::lambertian(self.substrate()));
@@ -131,14 +152,17 @@ impl Specimen {
     }
 
     /// Interface of a base that is no metal below something of that index.
-    fn facets(&self, above: f64) -> Option<Interface> {
+    fn facets(&self, above: f64, bounces: bool) -> Option<Interface> {
         if self.base == Base::Convention {
             let facets = Interface::schlick_dielectric(1.0, [0.04 * self.specular; 3]);
             return (self.specular > 0.0).then(|| rough(facets, self.base_roughness, false));
         }
-        self.index_below(above).map(|index| rough(Interface::dielectric(index), self.base_roughness, true))
+        self.index_below(above).map(|index| rough(Interface::dielectric(index), self.base_roughness, bounces))
     }
 }
+
+/// Alphas below which the referee takes an interface for smooth.
+const LEAST_ALPHA: f64 = 1e-4;
 
 /// Steps of the index below which there is no interface: it would reflect less than 3e-9.
 const LEAST_STEP: f64 = 1e-4;
@@ -153,8 +177,7 @@ fn albedo_below(seen: f64, index: f64) -> f64 {
 /// An interface with the alpha of a perceptual roughness, and with all bounces between its facets where it can have them.
 fn rough(interface: Interface, roughness: f64, bounces: bool) -> Interface {
     let alpha = roughness * roughness;
-    // Smoother ones the referee takes for smooth.
-    if alpha < 1e-4 {
+    if alpha < LEAST_ALPHA {
         return interface;
     }
     let interface = interface.rough(alpha);

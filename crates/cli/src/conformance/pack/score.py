@@ -21,6 +21,7 @@ import os
 import struct
 import sys
 import zlib
+from collections import Counter
 from itertools import accumulate
 from statistics import NormalDist
 
@@ -59,7 +60,7 @@ class Picture:
 
 
 COMPRESSIONS = ["NONE", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "B44", "B44A", "DWAA", "DWAB"]
-ROWS = {0: 1, 1: 1, 2: 1, 3: 16}
+ROWS = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16}
 
 
 def read(path):
@@ -80,10 +81,11 @@ def read(path):
 
 
 def read_exr(path, data):
-    """OpenEXR File Layout (openexr.com): one part, scan lines, no compression, RLE, ZIPS or ZIP."""
+    """OpenEXR File Layout (openexr.com): one part of scan lines or tiles, of which the finest level is read; no compression, RLE,
+    ZIPS, ZIP, PIZ or PXR24."""
     (version,) = struct.unpack_from("<I", data, 4)
-    if version & 0x1A00:
-        raise Wrong(f"{path}: expected one part of scan lines, found tiles, deep data or several parts")
+    if version & 0x1800:
+        raise Wrong(f"{path}: expected one part of scan lines or tiles, found deep data or several parts")
     at, header = 8, {}
     while data[at]:
         name, at = text(data, at)
@@ -110,26 +112,41 @@ def read_exr(path, data):
     compression = header["compression"][0]
     if compression not in ROWS:
         found = COMPRESSIONS[compression] if compression < len(COMPRESSIONS) else compression
-        raise Wrong(f"{path}: expected no compression, RLE, ZIPS or ZIP, found {found}")
-    rows = ROWS[compression]
-    planes = {name: [None] * height for name, _ in channels}
-    row_bytes = sum(width * struct.calcsize(kind) for _, kind in channels)
-    blocks = -(-height // rows)
+        raise Wrong(f"{path}: expected no compression, RLE, ZIPS, ZIP, PIZ or PXR24, found {found}")
+    tiled = version & 0x200
+    wide, high = struct.unpack_from("<II", header["tiles"]) if tiled else (width, ROWS[compression])
+    if not (0 < wide and 0 < high):
+        raise Wrong(f"{path}: damaged: tiles of {wide} x {high} pixels")
+    planes = {name: [[] for _ in range(height)] for name, _ in channels}
+    # The tiles of the finest level come first.
+    blocks = -(-height // high) * -(-width // wide)
     for offset in struct.unpack_from(f"<{blocks}Q", data, at):
-        y, size = struct.unpack_from("<ii", data, offset)
-        y -= top
-        count = min(rows, height - y)
-        raw = data[offset + 8 : offset + 8 + size]
-        if size < count * row_bytes:
-            raw = unpacked(raw, compression)
-        if not 0 <= y < height or len(raw) != count * row_bytes:
-            raise Wrong(f"{path}: damaged: {len(raw)} bytes in place of {count * row_bytes} at row {y}")
+        if tiled:
+            column, row, *level, size = struct.unpack_from("<5i", data, offset)
+            x, y, offset = column * wide, row * high, offset + 20
+            if any(level):
+                raise Wrong(f"{path}: damaged: a tile of level {level} among those of the finest")
+        else:
+            x, (y, size), offset = 0, struct.unpack_from("<ii", data, offset), offset + 8
+            y -= top
+        if not (0 <= x < width and 0 <= y < height and size >= 0):
+            raise Wrong(f"{path}: damaged: a block of {size} bytes at {x}, {y}")
+        across, down = min(wide, width - x), min(high, height - y)
+        parts = [(across, kind) for _, kind in channels]
+        expected = down * across * sum(struct.calcsize(kind) for _, kind in channels)
+        raw = data[offset : offset + size]
+        if size < expected:
+            raw = unpacked(raw, compression, parts, down, expected)
+        if len(raw) != expected:
+            raise Wrong(f"{path}: damaged: {len(raw)} bytes in place of {expected} at {x}, {y}")
         k = 0
-        for row in range(y, y + count):
+        for row in range(y, y + down):
             for name, kind in channels:
-                planes[name][row] = struct.unpack_from(f"<{width}{kind}", raw, k)
-                k += width * struct.calcsize(kind)
-    if any(row is None for plane in planes.values() for row in plane):
+                if not planes[name][row]:
+                    planes[name][row] = [None] * width
+                planes[name][row][x : x + across] = struct.unpack_from(f"<{across}{kind}", raw, k)
+                k += across * struct.calcsize(kind)
+    if any(not row or None in row for plane in planes.values() for row in plane):
         raise Wrong(f"{path}: damaged: rows are missing")
     return Picture(path, width, height, {n: [v for row in p for v in row] for n, p in planes.items()})
 
@@ -139,8 +156,20 @@ def text(data, at):
     return data[at:end].decode("latin-1"), end + 1
 
 
-def unpacked(raw, compression):
-    """Bytes, then differences of them, then the halves of all bytes put together again."""
+def inflated(raw, expected):
+    """No more than one byte beyond what is expected, whatever the file claims."""
+    return zlib.decompressobj().decompress(raw, expected + 1)
+
+
+def unpacked(raw, compression, parts, down, expected):
+    """A block's rows, each with its channels one after the other. `parts` has their widths and kinds."""
+    if compression == 0:
+        return raw
+    if compression == 4:
+        return unpacked_piz(raw, parts, down)
+    if compression == 5:
+        return unpacked_pxr24(raw, parts, down)
+    # Bytes, then differences of them, then the halves of all bytes put together again.
     if compression == 1:
         out, k = bytearray(), 0
         while k < len(raw):
@@ -153,12 +182,142 @@ def unpacked(raw, compression):
                 k += 2
         raw = bytes(out)
     else:
-        raw = zlib.decompress(raw)
+        raw = inflated(raw, expected)
     sums = bytes(accumulate(raw, lambda before, byte: (before + byte - 128) & 255))
     out = bytearray(len(sums))
     half = (len(sums) + 1) // 2
     out[0::2], out[1::2] = sums[:half], sums[half:]
     return bytes(out)
+
+
+def unpacked_pxr24(raw, parts, down):
+    """Differences along a row, their bytes in planes from the highest; floats have lost their lowest byte (ImfPxr24Compressor.cpp)."""
+    kept = {"I": 4, "e": 2, "f": 3}
+    raw, k, out = inflated(raw, down * sum(width * kept[kind] for width, kind in parts)), 0, []
+    for _ in range(down):
+        for width, kind in parts:
+            count = kept[kind]
+            planes = [raw[k + width * p : k + width * (p + 1)] for p in range(count)]
+            k += width * count
+            size = struct.calcsize(kind)
+            steps = (int.from_bytes(bytes(step), "big") << 8 * (size - count) for step in zip(*planes))
+            values = accumulate(steps, lambda before, step: (before + step) & (1 << 8 * size) - 1)
+            out.append(b"".join(value.to_bytes(size, "little") for value in values))
+    return b"".join(out)
+
+
+def unpacked_piz(raw, parts, down):
+    """Words of 16 bits by rank among those that occur, as wavelets, in Huffman's code (ImfPizCompressor.cpp)."""
+    first, last = struct.unpack_from("<HH", raw)
+    bits = bytes(first) + raw[4 : 5 + last - first] if first <= last else b""
+    at = 4 + max(last - first + 1, 0)
+    occurring = [0] + [v for v in range(1, 8 * len(bits)) if bits[v >> 3] >> (v & 7) & 1]
+    (size,) = struct.unpack_from("<i", raw, at)
+    total = down * sum(width * struct.calcsize(kind) // 2 for width, kind in parts)
+    words = huffman(raw[at + 4 : at + 4 + size], total)
+    k, rows = 0, [[] for _ in range(down)]
+    for width, kind in parts:
+        each = struct.calcsize(kind) // 2
+        for part in range(each):
+            wavelet(words, k + part, width, each, down, width * each, len(occurring) <= 1 << 14)
+        for row in rows:
+            row.extend(occurring[word] for word in words[k : k + width * each])
+            k += width * each
+    return b"".join(struct.pack(f"<{len(row)}H", *row) for row in rows)
+
+
+def huffman(data, total):
+    """Canonical code, its lengths first in 6 bits each, with a symbol for runs (ImfHuf.cpp)."""
+    first, last, _, count = struct.unpack_from("<4I", data)
+    if not first <= last <= 1 << 16:
+        raise ValueError(f"symbols {first} to {last}")
+    held, have, at = 0, 0, 20
+
+    def take(wanted):
+        nonlocal held, have, at
+        while have < wanted:
+            held, have, at = (held << 8 | data[at]), have + 8, at + 1
+        have -= wanted
+        value, held = held >> have, held & (1 << have) - 1
+        return value
+
+    lengths, symbol = {}, first
+    while symbol <= last:
+        length = take(6)
+        if length < 59:
+            if length:
+                lengths[symbol] = length
+            symbol += 1
+        else:
+            symbol += take(8) + 6 if length == 63 else length - 57
+    counts, starts, code = Counter(lengths.values()), [0] * 59, 0
+    for length in range(58, 0, -1):
+        starts[length] = code
+        code = (code + counts[length]) >> 1
+    # A 1 before the code tells apart those of other lengths.
+    symbols = {}
+    for symbol, length in lengths.items():
+        symbols[1 << length | starts[length]] = symbol
+        starts[length] += 1
+    if count > 8 * (len(data) - at):
+        raise ValueError(f"{len(data) - at} bytes hold no {count} bits")
+    out, code, run = [], 1, -1
+    for bit in range(count):
+        code = code << 1 | data[at + (bit >> 3)] >> (7 - (bit & 7)) & 1
+        if run >= 0:
+            run += 1
+            if run == 8:
+                out += out[-1:] * (code & 255)
+                code, run = 1, -1
+            continue
+        symbol = symbols.get(code)
+        if symbol is None:
+            if code >> 59:
+                raise ValueError("no symbol has this code")
+        elif symbol == last:
+            code, run = 1, 0
+        else:
+            out.append(symbol)
+            code = 1
+        if len(out) > total:
+            break
+    if len(out) != total:
+        raise ValueError(f"{len(out)} words in place of {total}")
+    return out
+
+
+def wavelet(words, at, width, across, height, down, small):
+    """Undoes the Haar wavelets of a plane in place (ImfWav.cpp); of 14 bits they are signed, of 16 modulo."""
+
+    def pair(low, high):
+        if small:
+            signed = high - (high >> 15 << 16)
+            first = low + (signed & 1) + (signed >> 1)
+            return first & 65535, (first - signed) & 65535
+        second = (low - (high >> 1)) & 65535
+        return (high + second - 32768) & 65535, second
+
+    step = 1
+    while 2 * step <= min(width, height):
+        step *= 2
+    while step > 1:
+        half = step // 2
+        for y in range(0, height - step + 1, step):
+            for x in range(0, width - step + 1, step):
+                a = at + y * down + x * across
+                b, c = a + half * across, a + half * down
+                d = b + half * down
+                (p, r), (q, s) = pair(words[a], words[c]), pair(words[b], words[d])
+                (words[a], words[b]), (words[c], words[d]) = pair(p, q), pair(r, s)
+            if width & half:
+                a = at + y * down + (width & -step) * across
+                words[a], words[a + half * down] = pair(words[a], words[a + half * down])
+        if height & half:
+            y = height & -step
+            for x in range(0, width - step + 1, step):
+                a = at + y * down + x * across
+                words[a], words[a + half * across] = pair(words[a], words[a + half * across])
+        step = half
 
 
 def read_pfm(path, data):
@@ -257,6 +416,22 @@ def score(truth, planes, extra, allow):
     }
     passes = pixel_share <= OUTLIERS and block_share == 0 and whole_worst <= 1
     return passes, numbers, ratios
+
+
+def reason(numbers):
+    """Why a scene fails, in words: the largest scale first, as it tells most."""
+    off = abs(numbers["bias"])
+    direction = "bright" if numbers["bias"] > 0 else "dark"
+    words = []
+    if numbers["whole"] > 1:
+        words.append(f"{off:.1%} too {direction} as a whole" if off >= 0.001 else "a colour is off as a whole")
+    if numbers["blocks"] > 0:
+        words.append(f"{numbers['blocks']:.1%} of the blocks beyond their bound")
+    if numbers["pixels"] > OUTLIERS:
+        words.append(f"{numbers['pixels']:.1%} of the pixels")
+    if numbers["whole"] <= 1 and off < 0.02 and words:
+        words.append("right as a whole but spread otherwise")
+    return ", ".join(words)
 
 
 # FLIP: Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images", and for light without an upper end
@@ -514,14 +689,16 @@ def page(name, version, results, planes, allow):
         html.escape(name),
         f"</title><style>{STYLE}</style><h1>{html.escape(name)}: {passed} of {len(results)} scenes pass</h1>",
         f"<p>{html.escape(version)}; allowance {allow:.2%}.</p>",
-        "<table><tr><th>scene<th>verdict<th>bias<th>error<th>noise<th>RMSE<th>FLIP<th>z<th>z&sup2;<th>pixels<th>blocks<th>whole</tr>",
+        "<table><tr><th>scene<th>verdict<th>bias<th>error<th>noise<th>RMSE<th>FLIP<th>z<th>z&sup2;<th>pixels<th>blocks<th>whole"
+        "<th>one bounce<th>why</tr>",
     ]
     for result in results:
         n, verdict = result["numbers"], "pass" if result["passes"] else "fail"
         out.append(
             f"<tr><td><a href='#{result['name']}'>{result['name']}</a><td class='{verdict}'>{verdict}"
             f"<td>{n['bias']:+.2%}<td>{n['error']:.2%}<td>{n['noise']:.2%}<td>{n['rmse']:.2%}<td>{n['flip']:.4f}<td>{n['z_mean']:+.2f}"
-            f"<td>{n['z_square']:.2f}<td>{n['pixels']:.2%}<td>{n['blocks']:.1%}<td>{n['whole']:.2f}</tr>"
+            f"<td>{n['z_square']:.2f}<td>{n['pixels']:.2%}<td>{n['blocks']:.1%}<td>{n['whole']:.2f}{one_cell(result)}"
+            f"<td class='about'>{'' if result['passes'] else reason(n)}</tr>"
         )
     out.append("</table>" + EXPLAINED.format(outliers=OUTLIERS))
     if planes:
@@ -537,6 +714,15 @@ def page(name, version, results, planes, allow):
             out.append(f"<figure><img alt='' src='data:image/png;base64,{encoded}'><figcaption>{caption}</figcaption></figure>")
     out.append("</html>\n")
     return "".join(out)
+
+
+def one_cell(result):
+    """Verdict and bias by the truth of one bounce, where there is one."""
+    if not result["one"]:
+        return "<td>"
+    passes, numbers = result["one"]
+    verdict = "pass" if passes else "fail"
+    return f"<td class='{verdict}'>{verdict} {numbers['bias']:+.2%}"
 
 
 # The program
@@ -582,8 +768,13 @@ def score_scene(pack, folder, name, about, allow):
             if min(min(plane) for plane in extra) < 0:
                 raise Wrong(f"{path}: a variance is below 0")
         passes, numbers, ratios = score(truth, planes, extra, allow)
-        shown = pictures(truth, planes, ratios)
-        return {"name": name, "about": about, "passes": passes, "numbers": numbers, "pictures": shown}
+        shown, one = pictures(truth, planes, ratios), None
+        second = os.path.join(pack, "one-bounce", f"{name}.exr")
+        if os.path.isfile(second):
+            single = Truth(second)
+            check_size(picture, single.width, single.height)
+            one = score(single, planes, extra, allow)[:2]
+        return {"name": name, "about": about, "passes": passes, "numbers": numbers, "pictures": shown, "one": one}
     except Wrong as wrong:
         return str(wrong)
 
@@ -623,6 +814,9 @@ def main(arguments=None):
     parser.add_argument("-o", "--output", metavar="PAGE", help="page to write (.html)")
     parser.add_argument("--tsv", metavar="FILE", help="table to write, tab-separated")
     parser.add_argument("--scenes", metavar="LIST", default="", help="only these, comma-separated")
+    parser.add_argument(
+        "--one-bounce", action="store_true", help="the exit code goes by the truth of one bounce, for scenes that have one"
+    )
     parser.add_argument("--name", help="name of the renderer [default: that of the folder]")
     parser.add_argument(
         "--allow", metavar="SHARE", type=allowance, default=ALLOWANCE, help=f"share that is free, 0 to 1 [default: {ALLOWANCE}]"
@@ -651,10 +845,14 @@ def main(arguments=None):
             planes = score_planes(expected, found, mask)
         name = args.name or os.path.basename(os.path.abspath(args.pictures))
         write(args.output, page(name, version, results, planes, args.allow))
-        rows = ["\t".join(["scene", "verdict", *COLUMNS])]
+        rows = ["\t".join(["scene", "verdict", *COLUMNS, "one_verdict", "one_bias", "one_error"])]
         for result in results:
             numbers = [f"{result['numbers'][column]:.6f}" for column in COLUMNS]
-            rows.append("\t".join([result["name"], "pass" if result["passes"] else "fail", *numbers]))
+            one = ["-"] * 3
+            if result["one"]:
+                passes, n = result["one"]
+                one = ["pass" if passes else "fail", f"{n['bias']:.6f}", f"{n['error']:.6f}"]
+            rows.append("\t".join([result["name"], "pass" if result["passes"] else "fail", *numbers, *one]))
         write(args.tsv, "\n".join(rows) + "\n")
     except Wrong as wrong:
         print("\n".join(f"score.py: {line}" for line in str(wrong).splitlines()), file=sys.stderr)
@@ -662,10 +860,16 @@ def main(arguments=None):
     for result in results:
         n = result["numbers"]
         verdict = "pass" if result["passes"] else "FAIL"
-        print(f"{verdict}  {result['name']:24} bias {n['bias']:+8.2%}  error {n['error']:7.2%}  FLIP {n['flip']:.4f}")
+        one = ""
+        if result["one"]:
+            passes, m = result["one"]
+            one = f"; one bounce: {'pass' if passes else 'FAIL'}, bias {m['bias']:+.2%}"
+        why = "" if result["passes"] else f"  {reason(n)}"
+        print(f"{verdict}  {result['name']:24} bias {n['bias']:+8.2%}  error {n['error']:7.2%}  FLIP {n['flip']:.4f}{why}{one}")
     for plane, worst, limit, unit in planes:
         print(f"{'pass' if worst <= limit else 'FAIL'}  {plane:24} {worst:.4f} {unit} (allowed {limit})")
-    failed = any(not result["passes"] for result in results) or any(worst > limit for _, worst, limit, _ in planes)
+    counts = lambda result: result["one"][0] if args.one_bounce and result["one"] else result["passes"]
+    failed = any(not counts(result) for result in results) or any(worst > limit for _, worst, limit, _ in planes)
     return 1 if failed else 0
 
 

@@ -40,6 +40,11 @@ impl Scene {
         }
         self.specimen.stack(coated)
     }
+
+    /// True if the scene has a second truth, [`Truth::of_one_bounce`](super::Truth::of_one_bounce).
+    pub fn has_truth_of_one_bounce(&self) -> bool {
+        self.has_all_bounces() && self.specimen.has_further_bounces()
+    }
 }
 
 /// A smooth coat of index 1.5 over a matt grey surface, which the others vary.

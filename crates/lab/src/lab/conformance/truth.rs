@@ -40,10 +40,35 @@ impl Truth {
         size: usize,
         [samples, seed]: [u32; 2],
         jobs: &Jobs,
+        done: impl FnMut(usize),
+    ) -> Result<Self, StackError> {
+        Self::walked(&Parts::new(scene, samples, |coated| scene.stack(coated))?, size, seed, jobs, done)
+    }
+
+    /// The same with one bounce between the facets of each interface, in which single-scattering GGX is right: for scenes with
+    /// [`Scene::has_truth_of_one_bounce`], others having one truth.
+    ///
+    /// # Errors
+    /// [`StackError`] of the scene's numbers.
+    pub fn of_one_bounce(
+        scene: &Scene,
+        size: usize,
+        [samples, seed]: [u32; 2],
+        jobs: &Jobs,
+        done: impl FnMut(usize),
+    ) -> Result<Self, StackError> {
+        let stack = |coated| scene.specimen.stack_of_one_bounce(coated);
+        Self::walked(&Parts::new(scene, samples, stack)?, size, seed, jobs, done)
+    }
+
+    fn walked(
+        parts: &Parts,
+        size: usize,
+        seed: u32,
+        jobs: &Jobs,
         mut done: impl FnMut(usize),
     ) -> Result<Self, StackError> {
         let view = View::new(size);
-        let parts = Parts::new(scene, samples)?;
         let (mut mean, mut variance, mut mask) = (Vec::new(), Vec::new(), Vec::new());
         for y in 0..size {
             let row = jobs.map(size, |x| {
@@ -57,7 +82,7 @@ impl Truth {
                 let [value, error] = pixel?;
                 mean.push(value);
                 variance.push(error);
-                mask.push(is_scored(scene.sky, &view, x, y));
+                mask.push(is_scored(parts.sky, &view, x, y));
             }
             done(y + 1);
         }
@@ -96,12 +121,16 @@ struct Parts {
 }
 
 impl Parts {
-    fn new(scene: &Scene, samples: u32) -> Result<Self, StackError> {
+    fn new(
+        scene: &Scene,
+        samples: u32,
+        stack: impl Fn(bool) -> Result<Stack, StackError>,
+    ) -> Result<Self, StackError> {
         let specimen = &scene.specimen;
         let mut stacks = Vec::new();
         for (share, coated) in [(specimen.coat, true), (1.0 - specimen.coat, false)] {
             if share > 0.0 {
-                stacks.push((share, scene.stack(coated)?));
+                stacks.push((share, stack(coated)?));
             }
         }
         let each = samples / (GRID * GRID) as u32;

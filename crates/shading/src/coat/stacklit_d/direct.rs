@@ -1,7 +1,7 @@
 //! Lights.
 
 use super::trapped::MEAN_SCHLICK_WEIGHT;
-use super::{Axes, Coated, LEAST_COSINE, LEAST_ROUGHNESS, Seen, Surface, medium};
+use super::{Axes, Base, Coated, LEAST_COSINE, LEAST_ROUGHNESS, Seen, Surface, medium};
 use crate::brdf::fresnel::fresnel_dielectric;
 use crate::brdf::microfacet::{
     distribution_ggx, distribution_ggx_anisotropic, schlick_color, visibility_smith,
@@ -81,12 +81,12 @@ pub fn direct<L: Lanes>(
 fn lobe<L: Lanes>(
     l: L,
     surface: &Surface<L>,
+    base: &Base<L>,
     seen: &Seen<L>,
     alpha: [L::F; 2],
     light: V3<L>,
     n_dot_l: L::F,
 ) -> V3<L> {
-    let base = &surface.base;
     let (half, v_dot_h) = half_vector(l, light, seen.view, base.normal);
     let at = Meeting { normal: base.normal, light, view: seen.view, half, n_dot_l, n_dot_v: seen.n_dot_v };
     schlick_color(l, base.f0, base.f90, v_dot_h) * seen.bounces * ggx(l, &surface.axes, alpha, &at)
@@ -97,7 +97,7 @@ fn lobe<L: Lanes>(
 fn uncoated<L: Lanes>(l: L, surface: &Surface<L>, seen: &Seen<L>, light: V3<L>) -> V3<L> {
     let base = &surface.base;
     let n_dot_l = base.normal.dot(light).saturate();
-    let specular = lobe(l, surface, seen, base.alpha, light, n_dot_l);
+    let specular = lobe(l, surface, base, seen, base.alpha, light, n_dot_l);
     let (f0, f90) = base.dielectric;
     let back = vec3!(f in f0 => f + (f90 - f) * MEAN_SCHLICK_WEIGHT);
     let inside = base.albedo / (base.albedo * back).one_minus().at_least(1e-4);
@@ -108,7 +108,7 @@ fn uncoated<L: Lanes>(l: L, surface: &Surface<L>, seen: &Seen<L>, light: V3<L>) 
 /// Coat and base: their BRDF times the cosine.
 #[inline(always)]
 fn through<L: Lanes>(l: L, surface: &Surface<L>, coat: &Coated<L>, light: V3<L>, table: &Table<3>) -> V3<L> {
-    let (base, face, trapped) = (&surface.base, &coat.face, &coat.trapped);
+    let (base, face, trapped) = (&coat.below, &coat.face, &coat.trapped);
     let n_dot_l = coat.normal.dot(light).saturate();
     let lit = n_dot_l.gt(l.zero());
 
@@ -127,7 +127,7 @@ fn through<L: Lanes>(l: L, surface: &Surface<L>, coat: &Coated<L>, light: V3<L>,
     let share = coat.spread + face.spread(l, from.outer, entering);
     let [x, y] = coat.variances(l, base, share);
     let alpha = [x.sqrt(), y.sqrt()];
-    let specular = lobe(l, surface, &coat.base, alpha, inside, cosine) * coat.around;
+    let specular = lobe(l, surface, base, &coat.base, alpha, inside, cosine) * coat.around;
 
     // The Lambertian part with all its bounces.
     let left = base.left(l, cosine, from.reflected);

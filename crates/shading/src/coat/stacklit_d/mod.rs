@@ -30,8 +30,8 @@
 //! not dim is the base. The Lambertian part is reciprocal. The specular one is but for the albedos that all bounces between
 //! facets scale with, which look at the view.
 //!
-//! **Quirks.** F0 of the base is its reflectance in place, under the coat: an index of refraction of the base is not
-//! seen from that of the coat, as the lab, glTF and three.js have it, and StackLit does not.
+//! **Quirks.** Below a coat a dielectric base reflects by its index relative to the coat's, and not at all where the two are
+//! equal; the index is the one that has F0 in air. F0 of a metal is its reflectance in place, under the coat.
 //!
 //! **Left out:** sheen, thin films, the second lobe, subsurface scattering, the coat's colour (its medium has an extinction).
 //! Scattering in the medium. Every result is finite and not negative for inputs in range and unit vectors.
@@ -62,6 +62,10 @@ const LEAST_COSINE: f32 = 1e-4;
 
 /// Least perceptual roughness under lights without extent, which a smoother surface would not show at all.
 const LEAST_ROUGHNESS: f32 = 0.045;
+
+/// F90 of an interface between nearly equal indices, by the root r of its F0: `a r / (1 + b r)`. Schlick's term has the mean of Fresnel's
+/// then, which rises at grazing angles alone.
+const GRAZING: [f32; 2] = [12.9, 5.0];
 
 /// Stretched roughness.
 #[derive(Clone, Copy)]
@@ -157,6 +161,8 @@ struct Coated<L: Lanes> {
     /// Transmittance of the medium alone.
     medium: V3<L>,
     depth: Option<V3<L>>,
+    /// The base as it reflects below the coat.
+    below: Base<L>,
     base: Seen<L>,
     /// Factor of the tangential part of the view inside.
     bend: L::F,
@@ -245,6 +251,30 @@ impl<L: Lanes> Base<L> {
         }
     }
 
+    /// The base below a coat of that index: the dielectric reflects by its index relative to the coat's, and not at all where the
+    /// two are equal. A metal stays as it is.
+    #[inline(always)]
+    fn below(&self, l: L, metal: V3<L>, metallic: L::F, coat_ior: L::F) -> Self {
+        let ((f0, f90), ior) = (self.dielectric, coat_ior.clamp_to(1.0, 3.0));
+        let weight = f90.at_least(1e-4).recip();
+        // The root of F0 is the relative step of the index, over air and over the coat.
+        let step = vec3!(f in f0 => {
+            let root = (f * weight).at_least(0.0).sqrt().at_most(0.9);
+            let index = (root + 1.0) / root.one_minus();
+            (index - ior) / (index + ior)
+        });
+        let f0 = vec3!(s in step => s * s * f90);
+        let largest = step.x.abs().max(step.y.abs()).max(step.z.abs());
+        let grazing = (largest * GRAZING[0] / (largest * GRAZING[1] + 1.0)).at_most(1.0);
+        let f90 = f90 * grazing;
+        Self {
+            f0: f0.lerp(metal, metallic),
+            f90: f90.lerp(l.splat(1.0), metallic),
+            dielectric: (f0, f90),
+            ..*self
+        }
+    }
+
     /// Transmittance of the dielectric's reflection at a cosine, where a face above returns the share `back` of it:
     /// `(1 - F) / (1 - F back)`.
     #[inline(always)]
@@ -315,7 +345,10 @@ pub fn surface<L: Lanes>(
         None => None,
     };
     let coat = match &data.coat {
-        Some(coat) => Some(coated(l, coat, &base, data.anisotropy.as_ref(), view, table)),
+        Some(coat) => {
+            let below = base.below(l, data.color, data.metallic.saturate(), coat.ior);
+            Some(coated(l, coat, &below, data.anisotropy.as_ref(), view, table))
+        }
         None => None,
     };
     let full = match &coat {
@@ -372,6 +405,7 @@ fn coated<L: Lanes>(
         passes: medium * at.passes(),
         medium,
         depth: coat.depth,
+        below: *base,
         base: seen,
         bend,
         spread,
