@@ -443,7 +443,7 @@ impl World {
         };
         self.change(|world| {
             let own = world.scene().environment().clone();
-            world.set_environment(own.with(|e| e.source = source))
+            world.set_environment(own.with(|e| (e.source, e.of_model) = (source, false)))
         })?;
         Ok(messages(warnings))
     }

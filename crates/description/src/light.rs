@@ -468,9 +468,13 @@ impl Description {
         let is_default = self.env.is_none()
             && self.lights != Some(false)
             && matches!(environment.source, EnvironmentSource::Studio);
-        let own = scene.environment().source.clone();
-        let has_own = is_default && matches!(own, EnvironmentSource::Image(_));
-        let environment = if has_own { environment.with(|e| e.source = own) } else { environment };
+        let own = scene.environment();
+        let environment = if is_default && own.of_model {
+            let source = own.source.clone();
+            environment.with(|e| (e.source, e.of_model) = (source, true))
+        } else {
+            environment
+        };
         Ok(scene.set_environment(environment)?)
     }
 }
@@ -515,7 +519,8 @@ mod tests {
     #[test]
     fn a_picture_around_a_file_stays_unless_another_light_is_named() {
         let image = EquirectImage::new(2, 1, vec![[1.0; 3], [2.0; 3]]).expect("two texels");
-        let own = Environment::default().with(|e| e.source = EnvironmentSource::Image(Arc::new(image)));
+        let own = Environment::default()
+            .with(|e| (e.source, e.of_model) = (EnvironmentSource::Image(Arc::new(image)), true));
         let (limits, jobs) = (Limits::default(), Jobs::new(1));
         for (text, stays) in [
             ("", true),

@@ -155,11 +155,11 @@ impl Description {
     }
 
     /// The way to 8 bits for one scene: colours of splats are what a screen is to show, so without a tone curve unless one
-    /// is asked for or there is anything else in the picture; and what is metered where it is overexposed only in a scene with
-    /// lights.
+    /// is asked for or there is anything else in the picture; and what is metered where it is overexposed only in a scene that
+    /// brings light.
     #[must_use]
     pub fn display_of(&self, scene: &Scene, display: &DisplayOptions) -> DisplayOptions {
-        let mut display = display.for_lights(!scene.lights().is_empty());
+        let mut display = display.for_lights(scene.brings_light());
         if self.tone_curve.is_none() && scene.is_display_referred() {
             display.tone_curve = ToneCurve::None;
         }

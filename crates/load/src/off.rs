@@ -116,6 +116,26 @@ impl Words<'_> {
     }
 }
 
+impl Words<'_> {
+    /// True if so many lines have a colour behind a position: some programs leave it out of the keyword.
+    fn have_colors(&self, lines: u64) -> bool {
+        let mut words = self.clone();
+        let mut is_colored = || {
+            words.0 = Tokens::new(words.0.rest().trim_ascii_start());
+            let mut numbers = Self::new(words.line());
+            let mut count = 0_u32;
+            while let Some(word) = numbers.next() {
+                count = count.saturating_add(1);
+                if count > 3 && !double(word).is_some_and(|part| (0.0..=255.0).contains(&part)) {
+                    return false;
+                }
+            }
+            matches!(count, 6 | 7)
+        };
+        lines > 0 && (0..lines).all(|_| is_colored())
+    }
+}
+
 /// Values behind the counts.
 enum Values<'a> {
     Text(Words<'a>),
@@ -238,7 +258,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
 /// Reads the keyword, the counts, and as many vertices and faces as there are.
 fn read(bytes: &[u8], context: &Context<'_>, warnings: &mut Warnings) -> Result<Model, LoadError> {
     let malformed = |message: String| LoadError::malformed(FORMAT, message);
-    let Some((kind, words)) = keyword(bytes) else {
+    let Some((mut kind, words)) = keyword(bytes) else {
         return Err(malformed("it does not begin with OFF".to_owned()));
     };
     let mut ahead = words.clone();
@@ -256,7 +276,10 @@ fn read(bytes: &[u8], context: &Context<'_>, warnings: &mut Warnings) -> Result<
     let (vertices, faces) = (count("vertices")?, count("faces")?);
     // Edges are not stored, and often are not counted either, or missing.
     match &mut values {
-        Values::Text(words) => words.skip_edges(),
+        Values::Text(words) => {
+            words.skip_edges();
+            kind.colors |= kind == Kind::default() && words.have_colors(vertices);
+        }
         Values::Binary(_) => _ = values.integer(),
     }
     // No more than the file can hold.
@@ -486,6 +509,21 @@ mod tests {
         let colors: Vec<_> = mesh.triangles().iter().map(|t| mesh.colors()[t[0] as usize]).collect();
         let clay = default_material().base_color;
         assert_eq!(colors, [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], clay]);
+    }
+
+    #[test]
+    fn colours_that_the_keyword_does_not_state_are_read() {
+        let red =
+            |rest: &str| format!("OFF\n3 1 0\n0 0 0 1 0 0\n\n1 0 0 1 0 0 # red\n0 1 0 {rest}\n3 0 1 2\n");
+        let colors =
+            |text: &str| load(text.as_bytes(), Format::Off).map(|l| l.scene.meshes()[0].colors().to_vec());
+        assert_eq!(colors(&red("1 0 0")).unwrap(), colors(&red("1 0 0").replace("OFF", "COFF")).unwrap());
+        assert_eq!(colors(&red("1 0 0")).unwrap().len(), 3);
+        // Two positions on each line.
+        let two = "OFF\n4 2 0\n0 0 0 1 0 0\n1 1 0 0 1 0\n3 0 1 2\n3 0 2 3\n";
+        assert!(colors(two).unwrap().is_empty());
+        assert!(!colors(&red("-1 0 0")).is_ok_and(|colors| !colors.is_empty()));
+        attack(red("1 0 0").as_bytes(), Format::Off);
     }
 
     #[test]

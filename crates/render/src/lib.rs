@@ -190,7 +190,7 @@ impl Renderer {
         if target.format() == PixelFormat::Xrgb8 && display.background.is_none() {
             display.to_mut().background = Some([0; 3]);
         }
-        let meters = display.for_lights(!scene.lights().is_empty()).meter != Meter::Never;
+        let meters = display.for_lights(scene.brings_light()).meter != Meter::Never;
         if meters || options.stage_hashes {
             let drawn = self.draw(scene, camera, options, Some(&display))?;
             target.copy_from(region, &drawn.frame, &drawn.image);
@@ -282,7 +282,7 @@ impl Renderer {
         check_models(scene, options)?;
         let Self { jobs, fixed, memory } = self;
         let options = fixed.among(options);
-        let display = display.map(|display| display.for_lights(!scene.lights().is_empty()));
+        let display = display.map(|display| display.for_lights(scene.brings_light()));
         let display = display.as_ref();
         let (rays_fit, only_planes) = (false, false);
         let request =

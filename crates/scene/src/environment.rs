@@ -77,11 +77,14 @@ pub struct Environment {
     pub rotation_degrees: f32,
     /// Multiplies its radiance, 0 to 1e6.
     pub intensity: f32,
+    /// It came with the model, as dome lights of USD do: descriptions that name no other keep it, and where it overexposes, pictures
+    /// are metered as under lights of the model.
+    pub of_model: bool,
 }
 
 impl Default for Environment {
     fn default() -> Self {
-        Self { source: EnvironmentSource::default(), rotation_degrees: 0.0, intensity: 1.0 }
+        Self { source: EnvironmentSource::default(), rotation_degrees: 0.0, intensity: 1.0, of_model: false }
     }
 }
 

@@ -410,6 +410,11 @@ impl Scene {
     pub fn environment(&self) -> &Environment {
         &self.environment
     }
+    /// True if it has lights or an environment that came with its model: only these overexpose.
+    #[must_use]
+    pub fn brings_light(&self) -> bool {
+        !self.lights.is_empty() || self.environment.of_model
+    }
     /// Axes of the file in the scene that it became.
     #[must_use]
     pub fn orientation(&self) -> Orientation {

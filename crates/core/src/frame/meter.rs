@@ -40,8 +40,8 @@ pub enum Meter {
     /// Never: the exposure is as it is set.
     #[default]
     Never,
-    /// More than a third of the object is white at the exposure that is set ([`Clipping::is_overexposed`]), in a scene with
-    /// lights: then it is lowered. Renderers take it for [`Meter::Never`] in scenes without lights.
+    /// More than a third of the object is white at the exposure that is set ([`Clipping::is_overexposed`]), in a scene that
+    /// brings light: then it is lowered. Renderers take it for [`Meter::Never`] in other scenes.
     Overexposed,
     /// Always.
     Always,

@@ -127,7 +127,7 @@ impl Gains {
         texts.find_map(|text| Self::of_xmp(&String::from_utf8_lossy(text)))
     }
 
-    /// Those of ISO 21496-1, as JPEG files have them; `None` if bytes are missing.
+    /// Metadata of ISO 21496-1, as JPEG files have them; `None` if bytes are missing.
     fn of_iso(bytes: &[u8]) -> Option<Result<Self, String>> {
         let (&[high, low, _, _, flags], mut rest) = bytes.split_first_chunk()?;
         if [high, low] != [0, 0] {
@@ -164,7 +164,7 @@ impl Gains {
         Some(Self { least, most, gamma, before, after }.checked(is_hdr))
     }
 
-    /// Those of XMP; `None` if it has none of its namespace, or says nothing but its version.
+    /// Metadata of XMP; `None` if it has none of its namespace, or says nothing but its version.
     fn of_xmp(text: &str) -> Option<Result<Self, String>> {
         // The prefix that stands for the namespace, before `="` and behind `xmlns:`.
         let before = text.get(..text.find(NAMESPACE)?)?.trim_end_matches(['=', '"', '\'', ' ']);

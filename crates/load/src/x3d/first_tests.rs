@@ -213,3 +213,14 @@ fn hostile_files_end_in_a_scene_or_a_message() {
     assert!(warnings(&odd).iter().any(|w| w.contains("'Strange' is left out")), "{:?}", warnings(&odd));
     attack(SCENE.as_bytes(), Format::Vrml);
 }
+
+#[test]
+fn points_with_fewer_colors_are_drawn_without_and_say_so() {
+    let points =
+        "MaterialBinding { value PER_VERTEX } Coordinate3 { point [ 0 0 0, 1 0 0, 2 0 0 ] } PointSet { }";
+    for (colors, is_enough) in [("1 0 0, 0 1 0, 0 0 1", true), ("1 0 0, 0 1 0", false)] {
+        let loaded = first(&format!("Material {{ diffuseColor [ {colors} ] }} {points}"));
+        let found = warnings(&loaded);
+        assert_eq!(!found.iter().any(|warning| warning.contains("fewer colors")), is_enough, "{found:?}");
+    }
+}

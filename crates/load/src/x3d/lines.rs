@@ -41,6 +41,10 @@ pub(super) fn read(
             if values.colors.len() >= data.positions.len() {
                 data.colors = values.colors;
                 data.colors.truncate(data.positions.len());
+            } else if !values.colors.is_empty() {
+                warnings.add(|| {
+                    format!("{FORMAT}: a PointSet has fewer colors than points, and is drawn without")
+                });
             }
             data
         }

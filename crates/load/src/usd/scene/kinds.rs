@@ -102,8 +102,8 @@ impl Builder<'_> {
             return Err("the scene has another one".to_owned());
         }
         let image = dome::read(prim, &state.transform, self.is_z_up, &mut self.stage.files)?;
-        let environment =
-            Environment::default().with(|e| e.source = EnvironmentSource::Image(Arc::new(image)));
+        let environment = Environment::default()
+            .with(|e| (e.source, e.of_model) = (EnvironmentSource::Image(Arc::new(image)), true));
         self.scene.set_environment(environment).map_err(|error| error.to_string())?;
         self.has_dome = true;
         Ok(())
