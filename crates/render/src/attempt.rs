@@ -129,10 +129,12 @@ impl<'a> Attempt<'a> {
         // Bring the vertices to the screen.
         prepared.geometry.place_vertices(&mut self.pool, scene, self.view, options, draws);
         self.times.vertices = self.pool.lap();
+        self.request.go_on()?;
 
         // Set up triangles and splats, and list them for the tiles.
         let listed = prepared.list_primitives(self, draws)?;
         self.times.triangles = self.pool.lap();
+        self.request.go_on()?;
         let hashes =
             options.stage_hashes.then(|| prepared.hashes(self, &listed, draws, &filtered, &passes.effects));
 

@@ -73,6 +73,10 @@ impl FrameMemory {
         } = *attempt;
         let to = SetUp { grid: &grid, pattern, budget };
         let chunks = self.geometry.set_up_triangles(pool, draws, &to, options);
+        if pool.jobs.is_cancelled() {
+            // Chunks may be those of another picture.
+            return Ok(Listed { grid, drawn, chunks: 0 });
+        }
         self.splats.prepare(pool, scene, view, &grid, budget);
         budget.check()?;
         self.bins.build(grid.len(), self.geometry.chunks[..chunks].iter().map(|chunk| &chunk.bins));

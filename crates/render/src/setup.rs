@@ -48,7 +48,8 @@ pub(super) struct SetUp<'a> {
 }
 
 impl GeometryMemory {
-    /// Prepares the draws of a scene, in a list that is empty, and brings all their vertices to the screen.
+    /// Prepares the draws of a scene, in a list that is empty, and brings all their vertices to the screen, until the work is
+    /// cancelled.
     pub(super) fn place_vertices<'a>(
         &mut self,
         pool: &mut TimedPool<'_>,
@@ -80,14 +81,18 @@ impl GeometryMemory {
                 work.push(VertexJob { view: &state.view, positions, places: own_places, depths: own_depths });
             }
         }
+        let jobs = pool.jobs;
         pool.for_each_mut(&mut work, |_, VertexJob { view, positions, places, depths }| {
+            if jobs.is_cancelled() {
+                return;
+            }
             dispatch!(options.simd, l => transform_vertices(l, view, positions, places, depths));
         });
         self.vertex_jobs = emptied(work);
     }
 
     /// All triangles of all draws to chunks of screen triangles, binned. Chunks never straddle draws. Returns the number of
-    /// chunks. Once the budget is spent the rest is left out, and there will be no picture.
+    /// chunks. Once the budget is spent or the work cancelled the rest is left out, and there will be no picture.
     pub(super) fn set_up_triangles(
         &mut self,
         pool: &mut TimedPool<'_>,
@@ -98,8 +103,9 @@ impl GeometryMemory {
         let count = self.cut_into_chunks(draws);
         let &SetUp { grid, pattern, budget } = to;
         let (vertices, states) = (&self.vertices, &self.states);
+        let jobs = pool.jobs;
         pool.for_each_mut(&mut self.chunks[..count], |_, chunk| {
-            if budget.is_spent() {
+            if budget.is_spent() || jobs.is_cancelled() {
                 return;
             }
             let state = &states[chunk.draw as usize];
