@@ -92,7 +92,8 @@ fn gaps_and_frames_are_lines_and_no_rows_of_dots() {
     for n in (1..SIDE - 1).flat_map(|y| (1..SIDE - 1).map(move |x| y * SIDE + x)) {
         for k in 0..3 {
             let around = off[n - 1][k] + off[n + 1][k] + off[n - SIDE][k] + off[n + SIDE][k];
-            squares += (off[n][k] - 0.25 * around).powi(2);
+            let change = off[n][k] - 0.25 * around;
+            squares += change * change;
         }
     }
     let change = (squares / (3 * (SIDE - 2).pow(2)) as f64).sqrt();

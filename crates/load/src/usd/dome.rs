@@ -64,7 +64,7 @@ pub(super) fn read(
     let axes = Axes::new(transform, is_z_up, has_z_pole).ok_or("it is scaled to nothing")?;
     let strength = radiance(prim, 1.0);
     let tint = color(prim).map(|c| (c * strength) as f32);
-    axes.turned(&loaded.image, tint, &context).map_err(|error| failed(&error))
+    axes.turned(&loaded.image, tint, context).map_err(|error| failed(&error))
 }
 
 /// True for colours that rounding sets apart at most.

@@ -47,6 +47,9 @@ struct State {
     oriented: Binding,
 }
 
+/// Material, texture and bits of its transform.
+type AppearanceKey = (Option<usize>, Option<usize>, Option<[[u64; 3]; 2]>);
+
 /// A geometry with the state that it depends on: nodes and bindings.
 type ShapeKey = ([Option<usize>; 6], [Binding; 2]);
 
@@ -54,8 +57,7 @@ type ShapeKey = ([Option<usize>; 6], [Binding; 2]);
 #[derive(Debug, Default)]
 pub(super) struct Made {
     shapes: BTreeMap<ShapeKey, usize>,
-    /// By material, texture and bits of its transform.
-    appearances: BTreeMap<(Option<usize>, Option<usize>, Option<[[u64; 3]; 2]>), usize>,
+    appearances: BTreeMap<AppearanceKey, usize>,
     /// One material of several.
     materials: BTreeMap<(usize, usize), usize>,
     /// Parts of cones and cylinders.
@@ -100,14 +102,12 @@ pub(super) fn renamed(node: &mut Node) {
             node.fields.insert("size".to_owned(), Value::Numbers(size.to_vec()));
             node.kind = "Box".to_owned();
         }
-        "Cone" | "Cylinder" => {
-            if node.fields.contains_key("parts") && !has_word(node, "parts", "ALL") {
-                for (word, side) in [("SIDES", "side"), ("TOP", "top"), ("BOTTOM", "bottom")] {
-                    let is_there = has_word(node, "parts", word);
-                    node.fields.insert(side.to_owned(), Value::Flag(is_there));
-                }
-                node.fields.insert("solid".to_owned(), Value::Flag(false));
+        "Cone" | "Cylinder" if node.fields.contains_key("parts") && !has_word(node, "parts", "ALL") => {
+            for (word, side) in [("SIDES", "side"), ("TOP", "top"), ("BOTTOM", "bottom")] {
+                let is_there = has_word(node, "parts", word);
+                node.fields.insert(side.to_owned(), Value::Flag(is_there));
             }
+            node.fields.insert("solid".to_owned(), Value::Flag(false));
         }
         // Emission alone is light that has been computed.
         "Material" => {

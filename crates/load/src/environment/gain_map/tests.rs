@@ -67,7 +67,7 @@ fn gains_are_those_of_the_specification() {
     let (light, done) = light_of(&[first.clone(), each].concat(), 8, 4);
     assert_eq!(done, Some(Ok(())));
     let root = fifth.sqrt();
-    let power = [1.0, 2.0, 3.0].map(|most| -1.0 * (1.0 - root) + most * root);
+    let power = [1.0, 2.0, 3.0].map(|most| most * root - (1.0 - root));
     is_near(light[31], expected(power, 0.5, 0.25));
 
     // One channel with a common denominator; three, each with its own; another version.
