@@ -134,7 +134,7 @@ fn of_material(material: &Material, options: &RenderOptions) -> Levels {
     let lookups = |factor: f32| if round { roughness_of_lookups(factor) } else { [factor; 2] };
     let range = |factor: f32, textured: bool| {
         let [least, most] = lookups(factor);
-        // Where edges are filtered, they are rougher.
+        // Roughness grows along filtered edges.
         let edges =
             if options.visibility.is_on() { lookups(NormalFilter::roughest_edge(factor))[1] } else { 0.0 };
         let most = if options.specular_antialiasing { 1.0 } else { most.max(edges) };
