@@ -24,15 +24,47 @@ pub(super) struct Clusters {
     seed: u64,
     /// Clusters by their cells.
     table: PositionTable,
-    members: Vec<Members>,
+    members: Vec<Sum>,
+    /// Colours of the clusters, in parts of [`WHOLE`]; fewer than clusters where the last ones have none.
+    colors: Vec<Sum>,
+    /// Cluster of each vertex that was added by its number; [`NONE`] of those that cannot be drawn.
+    of_vertices: Vec<u32>,
     triangles: Vec<[u32; 3]>,
 }
 
-/// Vertices of a cluster: the sum of their positions, in steps, and their number.
+/// Code of a colour's component of 1.
+const WHOLE: f32 = 65535.0;
+
+/// Number of no cluster.
+const NONE: u32 = u32::MAX;
+
+/// Sum of triples of whole numbers (positions in steps, colours), and their count.
 #[derive(Clone, Copy, Default)]
-struct Members {
-    sum: [u64; 3],
+struct Sum {
+    of: [u64; 3],
     count: u64,
+}
+
+impl Sum {
+    fn add(&mut self, of: [u64; 3], count: u64) {
+        self.of.iter_mut().zip(of).for_each(|(sum, more)| *sum = sum.saturating_add(more));
+        self.count = self.count.saturating_add(count);
+    }
+
+    /// Adds to one of a list, which grows to have it.
+    fn add_at(list: &mut Vec<Self>, number: u32, of: [u64; 3], count: u64) {
+        let number = number as usize;
+        if number >= list.len() {
+            list.resize(number.saturating_add(1), Self::default());
+        }
+        if let Some(sum) = list.get_mut(number) {
+            sum.add(of, count);
+        }
+    }
+
+    fn mean(&self) -> [f64; 3] {
+        self.of.map(|sum| sum as f64 / self.count as f64)
+    }
 }
 
 impl Clusters {
@@ -45,13 +77,66 @@ impl Clusters {
             usize::try_from(triangles).unwrap_or(usize::MAX).checked_div(TRIANGLES).unwrap_or(0).max(1);
         // A surface of that many cells, as a square.
         let cells = (most.ilog2() / 2).min(STEPS);
-        let (table, members, triangles) = (PositionTable::new(seed), Vec::new(), Vec::new());
-        Self { low: bounds.min, scale, cells, most, seed, table, members, triangles }
+        Self {
+            low: bounds.min,
+            scale,
+            cells,
+            most,
+            seed,
+            table: PositionTable::new(seed),
+            members: Vec::new(),
+            colors: Vec::new(),
+            of_vertices: Vec::new(),
+            triangles: Vec::new(),
+        }
     }
 
     /// Adds a triangle.
     pub(super) fn add(&mut self, corners: [[f32; 3]; 3]) {
-        let [a, b, c] = corners.map(|corner| self.vertex(corner));
+        let clusters = corners.map(|corner| self.vertex(corner));
+        self.add_of_clusters(clusters);
+    }
+
+    /// Adds a vertex that triangles name by its number, or one that cannot be drawn: it has no position.
+    pub(super) fn add_vertex(&mut self, position: Option<[f32; 3]>) {
+        let cluster = position.map_or(NONE, |position| self.vertex(position));
+        self.of_vertices.push(cluster);
+        if self.table.len() > self.most && self.cells > 0 {
+            self.halve();
+        }
+    }
+
+    /// Number of vertices that were added by their number.
+    pub(super) fn vertices(&self) -> usize {
+        self.of_vertices.len()
+    }
+
+    /// Mean position of the cluster that a vertex is in, before an origin; `None` of one that cannot be drawn or is not there.
+    pub(super) fn near(&self, vertex: i64) -> Option<[f32; 3]> {
+        let members = self.members.get(self.cluster_of(usize::try_from(vertex).ok()?)? as usize)?;
+        Some(self.position(members, [0.0; 3]))
+    }
+
+    /// Adds a linear colour, components from 0 to 1, to the cluster of a vertex.
+    pub(super) fn add_color(&mut self, vertex: usize, color: [f32; 3]) {
+        if let Some(cluster) = self.cluster_of(vertex) {
+            Sum::add_at(&mut self.colors, cluster, color.map(|c| (c * WHOLE + 0.5) as u64), 1);
+        }
+    }
+
+    fn cluster_of(&self, vertex: usize) -> Option<u32> {
+        self.of_vertices.get(vertex).copied().filter(|&cluster| cluster != NONE)
+    }
+
+    /// Adds a triangle of vertices that can be drawn.
+    pub(super) fn add_triangle(&mut self, vertices: [u32; 3]) {
+        let clusters = vertices.map(|vertex| self.cluster_of(vertex as usize).unwrap_or(NONE));
+        if !clusters.contains(&NONE) {
+            self.add_of_clusters(clusters);
+        }
+    }
+
+    fn add_of_clusters(&mut self, [a, b, c]: [u32; 3]) {
         if a != b && b != c && c != a {
             self.triangles.push([a, b, c]);
         }
@@ -99,13 +184,7 @@ impl Clusters {
         let shift = STEPS.saturating_sub(self.cells);
         // Whole numbers of up to 20 bits are exact.
         let number = self.table.insert(steps.map(|step| step.wrapping_shr(shift) as f32));
-        if number as usize >= self.members.len() {
-            self.members.push(Members::default());
-        }
-        if let Some(Members { sum, count }) = self.members.get_mut(number as usize) {
-            sum.iter_mut().zip(steps).for_each(|(sum, step)| *sum = sum.saturating_add(step.into()));
-            *count = count.saturating_add(1);
-        }
+        Sum::add_at(&mut self.members, number, steps.map(u64::from), 1);
         number
     }
 
@@ -113,20 +192,20 @@ impl Clusters {
     fn halve(&mut self) {
         self.cells = self.cells.saturating_sub(1);
         let old = std::mem::replace(&mut self.table, PositionTable::new(self.seed));
-        let mut members: Vec<Members> = Vec::new();
+        let (mut members, mut colors) = (Vec::new(), Vec::new());
         let mut numbers = Vec::with_capacity(old.len());
-        for (cell, old) in old.into_positions().into_iter().zip(&self.members) {
+        for (at, (cell, old)) in old.into_positions().into_iter().zip(&self.members).enumerate() {
             let number = self.table.insert(cell.map(|v| (v * 0.5).floor()));
-            if number as usize >= members.len() {
-                members.push(Members::default());
-            }
-            if let Some(Members { sum, count }) = members.get_mut(number as usize) {
-                sum.iter_mut().zip(old.sum).for_each(|(sum, more)| *sum = sum.saturating_add(more));
-                *count = count.saturating_add(old.count);
+            Sum::add_at(&mut members, number, old.of, old.count);
+            if let Some(color) = self.colors.get(at) {
+                Sum::add_at(&mut colors, number, color.of, color.count);
             }
             numbers.push(number);
         }
-        self.members = members;
+        (self.members, self.colors) = (members, colors);
+        for cluster in &mut self.of_vertices {
+            *cluster = numbers.get(*cluster as usize).copied().unwrap_or(NONE);
+        }
         self.triangles.retain_mut(|triangle| {
             let [a, b, c] = triangle.map(|old| numbers.get(old as usize).copied().unwrap_or(0));
             *triangle = [a, b, c];
@@ -139,27 +218,47 @@ impl Clusters {
         1 << self.cells
     }
 
-    /// The mesh of the clusters that triangles have, about an origin.
+    /// Mean position of a cluster about an origin.
+    fn position(&self, members: &Sum, origin: [f64; 3]) -> [f32; 3] {
+        let mut position = members.mean().map(|mean| (mean + 0.5) / self.scale);
+        for (v, (low, origin)) in position.iter_mut().zip(self.low.iter().zip(origin)) {
+            *v += low - origin;
+        }
+        position.map(|v| v as f32)
+    }
+
+    /// Mean linear colour of a cluster; white without any.
+    fn color(&self, cluster: usize) -> [f32; 4] {
+        match self.colors.get(cluster) {
+            Some(sum) if sum.count > 0 => {
+                let [r, g, b] = sum.mean().map(|mean| (mean / f64::from(WHOLE)) as f32);
+                [r, g, b, 1.0]
+            }
+            _ => [1.0; 4],
+        }
+    }
+
+    /// The mesh of the clusters that triangles have, about an origin; with colours if any were added.
     pub(super) fn finish(mut self, origin: [f64; 3]) -> MeshData {
         self.drop_equal();
-        let Self { low, scale, members, mut triangles, .. } = self;
-        let unused = u32::MAX;
-        let mut numbers = vec![unused; members.len()];
-        let mut positions = Vec::new();
+        let mut triangles = std::mem::take(&mut self.triangles);
+        let mut numbers = vec![NONE; self.members.len()];
+        let (mut positions, mut colors) = (Vec::new(), Vec::new());
         for corner in triangles.as_flattened_mut() {
             let old = *corner as usize;
-            let (Some(number), Some(members)) = (numbers.get_mut(old), members.get(old)) else { continue };
-            if *number == unused {
+            let (Some(number), Some(members)) = (numbers.get_mut(old), self.members.get(old)) else {
+                continue;
+            };
+            if *number == NONE {
                 *number = positions.len() as u32;
-                let mut position = members.sum.map(|sum| (sum as f64 / members.count as f64 + 0.5) / scale);
-                for (v, (low, origin)) in position.iter_mut().zip(low.iter().zip(origin)) {
-                    *v += low - origin;
+                positions.push(self.position(members, origin));
+                if !self.colors.is_empty() {
+                    colors.push(self.color(old));
                 }
-                positions.push(position.map(|v| v as f32));
             }
             *corner = *number;
         }
-        MeshData::new(positions, triangles)
+        MeshData::new(positions, triangles).with(|d| d.colors = colors)
     }
 }
 

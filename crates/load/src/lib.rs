@@ -149,6 +149,8 @@ use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
 use overcoat_scene::{Axis, Scene};
 use packed::Unpacked;
+#[cfg(feature = "ply-stl")]
+use std::io::{Read, Seek};
 use std::path::Path;
 
 /// A scene and what was lost on the way.
@@ -319,12 +321,10 @@ fn read_path(
     let resolver = resolver_beside(path);
     let context = Context { resolver: resolver.as_ref(), limits, jobs };
     #[cfg(feature = "ply-stl")]
-    if let Some(file) = input::open_large(path)?
-        && let Some(loaded) = stl::load_file(file, &context)?
-    {
+    if let Some((loaded, format)) = read_large(path, &context)? {
         options.refuse()?;
-        options.refuse_plate(Some(Format::Stl))?;
-        return Ok((still(loaded, Some(Format::Stl), options), Some(Format::Stl)));
+        options.refuse_plate(Some(format))?;
+        return Ok((still(loaded, Some(format), options), Some(format)));
     }
     let input = Input::open(path, limits)?;
     if let Input::File(file) = &input {
@@ -338,6 +338,20 @@ fn read_path(
     let bytes = input.read(limits)?;
     let named = inner_extension(path).and_then(|extension| Format::from_extension(&extension));
     read_bytes(&bytes, Claim { said: None, named }, options, purpose, &context)
+}
+
+/// A file beyond the limits that is reduced while it is read, and its format.
+#[cfg(feature = "ply-stl")]
+fn read_large(path: &Path, context: &Context<'_>) -> Result<Option<(Loaded, Format)>, LoadError> {
+    let Some(mut file) = input::open_large(path)? else { return Ok(None) };
+    let mut mark = [0; 3];
+    file.read_exact(&mut mark)?;
+    file.rewind()?;
+    Ok(if mark.eq_ignore_ascii_case(b"ply") {
+        ply::load_file(file, context)?.map(|loaded| (loaded, Format::Ply))
+    } else {
+        stl::load_file(file, context)?.map(|loaded| (loaded, Format::Stl))
+    })
 }
 
 /// Format that a file claims to have.

@@ -5,9 +5,9 @@
 //! white, since a few bright reflections must not leave the rest black; classes run from the smallest number to the
 //! largest.
 
-use super::LoadError;
 use super::mesh_formats::{add_object, default_material, drawable, white_material};
 use super::warnings::{Warnings, counted};
+use super::{Context, LoadError};
 use overcoat_core::color::srgb::srgb_to_linear;
 use overcoat_scene::{MeshData, PrimitiveKind, Scene};
 
@@ -53,8 +53,29 @@ impl Measure {
     }
 }
 
+/// Bytes of a frame that drawing a point takes: some forty, and those of the picture.
+const FRAME: u64 = 64;
+
 /// The least grey: black points on black say nothing.
 const DARK: f32 = 0.15;
+
+/// Step through so many points that takes `most` of them, and no more than one frame can draw: 1 for all, 2 for every second one...
+/// Beyond 1 there is a warning.
+pub(crate) fn stride(
+    format: &str,
+    context: &Context<'_>,
+    count: u64,
+    most: u64,
+    warnings: &mut Warnings,
+) -> Result<u64, LoadError> {
+    let most = most.min(context.limits.vertices).min(context.limits.frame_bytes / FRAME);
+    let stride = count.div_ceil(most.max(1)).max(1);
+    if stride > 1 {
+        let points = counted(count, "point");
+        warnings.add(|| format!("{format}: of {points} one in {stride} is drawn: the limits allow no more"));
+    }
+    Ok(stride)
+}
 
 /// The points of a file, without those that cannot be drawn.
 pub(crate) fn cloud(format: &str, points: Points, warnings: &mut Warnings) -> MeshData {

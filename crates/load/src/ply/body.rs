@@ -26,7 +26,7 @@ const NAMES: [&[&str]; 12] = [
     &["alpha", "a", "diffuse_alpha", "color_alpha", "color_a"],
 ];
 /// Names of the list of a face's corners.
-const INDICES: [&str; 6] =
+pub(super) const INDICES: [&str; 6] =
     ["vertex_indices", "vertex_index", "vertex_indexes", "vertexindices", "vertexindex", "indices"];
 /// Slots of an item: those of [`NAMES`], and that of a [`Measure`].
 pub(super) const SLOTS: usize = NAMES.len() + 1;
@@ -101,13 +101,18 @@ fn saturate(v: f32) -> f32 {
     if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
 }
 
+/// A component of a colour within its range; `is_code`: fractions are the codes of whole numbers.
+pub(super) fn settled(v: f32, is_code: bool) -> f32 {
+    if is_code { code(v) } else { saturate(v) }
+}
+
 /// Brings fractions into their range. Where some are above 2 they are the codes of whole numbers, written with a point.
 pub(super) fn settle_colors(colors: &mut [[f32; 4]]) {
     let rgb_codes = colors.iter().flatten().enumerate().any(|(k, &v)| k % 4 != 3 && v > 2.0);
     let alpha_codes = colors.iter().any(|color| color[3] > 2.0);
     for [r, g, b, a] in colors {
         for v in [r, g, b] {
-            *v = if rgb_codes { code(*v) } else { saturate(*v) };
+            *v = settled(*v, rgb_codes);
         }
         *a = saturate(if alpha_codes { *a / 255.0 } else { *a });
     }

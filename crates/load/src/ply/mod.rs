@@ -10,9 +10,13 @@ mod body;
 mod edges;
 mod header;
 mod packed;
+mod reduced;
 mod splats;
+mod stream;
 mod textures;
 mod values;
+
+pub(crate) use reduced::load_file;
 
 use super::mesh_formats::{
     add_object, check_input, check_mesh, default_material, drawable, finish, of_corners, separate_triangles,
@@ -42,7 +46,8 @@ const FACES: [&str; 3] = ["face", "faces", "tristrips"];
 /// Reads a PLY file, and the texture that it names.
 ///
 /// One that ends early is drawn as far as it goes, with a warning. Faces with vertices that do not exist or are not finite are
-/// left out, with a warning; words that are no numbers are not finite.
+/// left out, with a warning; words that are no numbers are not finite. Meshes and clouds beyond the limits are reduced, with a
+/// warning.
 pub(crate) fn load(
     bytes: &[u8],
     context: &Context<'_>,
@@ -50,7 +55,10 @@ pub(crate) fn load(
     shares: &Shares,
 ) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    load_about(|region| load_in(bytes, region, context, loading, shares))
+    match load_about(|region| load_in(bytes, region, context, loading, shares)) {
+        Err(LoadError::Limit(error)) => reduced::load_bytes(bytes, error, context),
+        loaded => loaded,
+    }
 }
 
 /// Reads a file, about an origin where its model is in a region far away.
@@ -73,9 +81,21 @@ fn load_in(
     if let Some(layout) = splats::layout(&header) {
         return splats::load(&layout, &header, context, warnings);
     }
+    load_read(&header, region, context, loading, shares, warnings)
+}
+
+/// Reads the elements of a file without splats, whose header is known.
+fn load_read(
+    header: &Header<'_>,
+    region: Option<&Region>,
+    context: &Context<'_>,
+    loading: TextureLoading,
+    shares: &Shares,
+    mut warnings: Warnings,
+) -> Result<Loaded, LoadError> {
     let mut origin = Origin::default();
     let (mut vertices, mut faces, edges) =
-        read_body(&header, region.map(|region| (region, &mut origin)), context, &mut warnings)?;
+        read_body(header, region.map(|region| (region, &mut origin)), context, &mut warnings)?;
     let lines = edges.lines(&vertices, &faces.triangles, context, &mut warnings)?;
     let mut scene = Scene::new();
     scene.set_origin(origin.0);

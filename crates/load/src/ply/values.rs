@@ -76,6 +76,14 @@ impl<'a> Values<'a> {
         }
     }
 
+    /// Bytes that have not been read.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        match self {
+            Self::Ascii(tokens) => tokens.rest(),
+            Self::LittleEndian(bytes) | Self::BigEndian(bytes) => bytes,
+        }
+    }
+
     /// True if nothing follows in a binary file.
     pub(super) fn is_empty(&self) -> bool {
         matches!(self, Self::LittleEndian([]) | Self::BigEndian([]))

@@ -12,14 +12,11 @@ pub(crate) mod xyz;
 
 use crate::mesh_formats::{check_mesh, finish};
 use crate::origin::Region;
-use crate::point_clouds::{Points, add};
-use crate::warnings::{Warnings, counted};
+use crate::point_clouds::{self, Points, add};
+use crate::warnings::Warnings;
 use crate::{Context, LoadError, Loaded};
 use overcoat_core::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use overcoat_scene::Scene;
-
-/// Bytes of a frame that drawing a point takes: some forty, and those of the picture.
-const FRAME: u64 = 64;
 
 /// Points in double precision, before they have an origin.
 #[derive(Debug, Default)]
@@ -46,15 +43,10 @@ impl Scan {
         warnings: &mut Warnings,
     ) -> Result<u64, LoadError> {
         let limits = context.limits;
-        // As `check_mesh` counts them, and no more than one frame can draw.
-        let most = (limits.vertices.min(limits.decoded_bytes / 24) / 2).min(limits.frame_bytes / FRAME);
-        let stride = count.div_ceil(most.max(1)).max(1);
+        // As `check_mesh` counts them.
+        let most = limits.vertices.min(limits.decoded_bytes / 24) / 2;
+        let stride = point_clouds::stride(format, context, count, most, warnings)?;
         Self::check(context, count.div_ceil(stride))?;
-        if stride > 1 {
-            let points = counted(count, "point");
-            warnings
-                .add(|| format!("{format}: of {points} one in {stride} is drawn: the limits allow no more"));
-        }
         Ok(stride)
     }
 

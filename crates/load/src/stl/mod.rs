@@ -9,6 +9,7 @@
 //! (`color.rs`).
 mod color;
 mod reduced;
+mod text_parts;
 
 pub(crate) use reduced::load_file;
 
@@ -270,7 +271,7 @@ impl<'a> Reader<'a> {
             self.warn(format!("STL: {} after the last facet were ignored", counted(beyond, "byte")));
         }
         if reduced::is_large(facets.len() as u64, self.context.limits) {
-            return self.reduce(&mut { facets }, facets.len() as u64);
+            return self.reduce(&mut { facets });
         }
         check_mesh(self.context, facets.len() as u64, facets.len() as u64 / 2)?;
         let attribute = |facet: &[u8; FACET]| u16::from_le_bytes([facet[48], facet[49]]);

@@ -1,6 +1,7 @@
-//! Binary files of more facets than may be kept: read in parts, and reduced to clusters of vertices.
+//! Files of more facets than may be kept: read in parts, and reduced to clusters of vertices.
 
-use super::{FACET, HEADER, Reader, Solid, corners, size_of_facets};
+use super::text_parts::TextParts;
+use super::{FACET, HEADER, Reader, Solid, corners, is_text, size_of_facets};
 use crate::clusters::Clusters;
 use crate::mesh_formats::drawable;
 use crate::origin::Origin;
@@ -12,6 +13,9 @@ use overcoat_scene::Bounds;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 
+/// Bytes that tell text from binary facets.
+const HEAD: usize = 1024;
+
 /// Facets that are read at once.
 const PART: usize = 1 << 14;
 
@@ -20,14 +24,20 @@ const START: u64 = HEADER as u64 + 4;
 
 type Facets<'a> = &'a [[u8; FACET]];
 
+/// A facet: the positions of its corners, and the bytes of its colour.
+pub(super) type Facet = ([[f32; 3]; 3], [u8; 2]);
+
 /// A list of facets that can be gone through twice, part by part.
 pub(super) trait Parts {
-    fn each(&mut self, take: &mut dyn FnMut(Facets<'_>)) -> Result<(), LoadError>;
+    fn each(&mut self, take: &mut dyn FnMut(Facet)) -> Result<(), LoadError>;
 }
 
 impl Parts for Facets<'_> {
-    fn each(&mut self, take: &mut dyn FnMut(Facets<'_>)) -> Result<(), LoadError> {
-        take(self);
+    fn each(&mut self, take: &mut dyn FnMut(Facet)) -> Result<(), LoadError> {
+        for facet in *self {
+            let &[.., a, b] = facet;
+            take((corners(facet), [a, b]));
+        }
         Ok(())
     }
 }
@@ -39,14 +49,14 @@ struct FileParts {
 }
 
 impl Parts for FileParts {
-    fn each(&mut self, take: &mut dyn FnMut(Facets<'_>)) -> Result<(), LoadError> {
+    fn each(&mut self, take: &mut dyn FnMut(Facet)) -> Result<(), LoadError> {
         self.file.seek(SeekFrom::Start(START))?;
         let mut left = self.count as usize;
         let mut part = vec![[0; FACET]; PART.min(left)];
         while left > 0 {
             let now = part.get_mut(..left.min(PART)).unwrap_or_default();
             self.file.read_exact(now.as_flattened_mut())?;
-            take(now);
+            (&*now).each(take)?;
             left = left.saturating_sub(now.len());
         }
         Ok(())
@@ -60,43 +70,47 @@ pub(super) fn is_large(facets: u64, limits: &Limits) -> bool {
         || facets.saturating_mul(36) > limits.decoded_bytes
 }
 
-/// Reads a binary file that is larger than the limits allow, in parts. `None` for others, and for files whose size is not that of
+/// Reads a file that is larger than the limits allow, in parts. `None` for others, and for binary files whose size is not that of
 /// their facets.
 ///
 /// # Errors
 /// [`LoadError::Io`].
 pub(crate) fn load_file(mut file: File, context: &Context<'_>) -> Result<Option<Loaded>, LoadError> {
     let size = file.metadata()?.len();
-    let mut header = [0; HEADER + 4];
-    if size < header.len() as u64 {
+    let mut head = [0; HEAD];
+    if size < HEAD as u64 {
         return Ok(None);
     }
-    file.read_exact(&mut header)?;
-    let &[.., a, b, c, d] = &header;
+    file.read_exact(&mut head)?;
+    let Some((header, _)) = head.split_first_chunk::<{ HEADER + 4 }>() else { return Ok(None) };
+    let &[.., a, b, c, d] = header;
     let count = u32::from_le_bytes([a, b, c, d]);
     let is_whole = size_of_facets(count).saturating_add(header.len() as u64) == size;
-    if !is_whole || size <= context.limits.input_bytes && !is_large(count.into(), context.limits) {
+    let is_too_large = size > context.limits.input_bytes;
+    let mut reader = Reader::new(context, &head);
+    if is_whole && (is_too_large || is_large(count.into(), context.limits)) {
+        reader.reduce(&mut FileParts { file, count })?;
+    } else if !is_whole && is_too_large && is_text(&head) {
+        reader.reduce(&mut TextParts { file })?;
+    } else {
         return Ok(None);
     }
-    let mut reader = Reader::new(context, &header);
-    reader.reduce(&mut FileParts { file, count }, count.into())?;
     reader.finish().map(Some)
 }
 
 impl Reader<'_> {
-    /// Reads the facets of a binary file as a mesh of fewer.
-    pub(super) fn reduce(&mut self, parts: &mut dyn Parts, count: u64) -> Result<(), LoadError> {
-        let (mut bounds, mut skipped, mut colored) = (Bounds::EMPTY, 0_u64, false);
-        let drawn =
-            |facet: &[u8; FACET]| Some(corners(facet)).filter(|corners| corners.iter().all(|&p| drawable(p)));
-        parts.each(&mut |facets| {
-            for facet in facets {
-                match drawn(facet) {
-                    Some(corners) => corners.into_iter().for_each(|corner| bounds.include(corner)),
-                    None => skipped = skipped.saturating_add(1),
-                }
-                colored |= matches!(facet, [.., a, b] if (*a, *b) != (0, 0));
+    /// Reads the facets of a file as a mesh of fewer.
+    pub(super) fn reduce(&mut self, parts: &mut dyn Parts) -> Result<(), LoadError> {
+        let (mut bounds, mut count, mut skipped, mut colored) = (Bounds::EMPTY, 0_u64, 0_u64, false);
+        let is_drawn = |corners: &[[f32; 3]; 3]| corners.iter().all(|&p| drawable(p));
+        parts.each(&mut |(corners, color)| {
+            if is_drawn(&corners) {
+                corners.into_iter().for_each(|corner| bounds.include(corner));
+            } else {
+                skipped = skipped.saturating_add(1);
             }
+            count = count.saturating_add(1);
+            colored |= color != [0; 2];
         })?;
         if bounds.is_far() {
             self.about = Some(Origin(bounds.round_center()));
@@ -106,8 +120,11 @@ impl Reader<'_> {
         let most = limits.triangles.min(limits.vertices).min(limits.decoded_bytes / 128);
         let seed = PositionTable::seed(bytemuck::bytes_of(&[bounds.min, bounds.max])) ^ self.seed | 1;
         let mut clusters = Clusters::new(&bounds, most, seed);
-        parts
-            .each(&mut |facets| facets.iter().filter_map(drawn).for_each(|corners| clusters.add(corners)))?;
+        parts.each(&mut |(corners, _)| {
+            if is_drawn(&corners) {
+                clusters.add(corners);
+            }
+        })?;
         let cells = clusters.cells();
         let mesh = clusters.finish(self.about.unwrap_or_default().0);
         let left = mesh.triangles.len() as u64;
@@ -224,5 +241,43 @@ mod tests {
         file.write_all(&ball(60, 0.0)[..100_001]).unwrap();
         let limits = Limits::default().with_input_bytes(1000);
         load_file(file.path(), &limits, &Jobs::new(1)).unwrap_err();
+    }
+
+    #[test]
+    fn a_large_text_is_the_mesh_of_the_binary_file() {
+        let bytes = ball(120, 0.0);
+        let mut text = "solid facet by name\nvertex end\nendsolid\nsolid b\n".to_owned();
+        for facet in bytes[84..].as_chunks::<50>().0 {
+            let mut line = "facet normal 0 0 0 outer loop\n".to_owned();
+            for [x, y, z] in crate::stl::corners(facet) {
+                line += &format!("VERTEX {x} {y}\n{z}\n");
+            }
+            text += &line;
+            text += "endloop endfacet\n";
+        }
+        text += "endsolid b\n";
+        let limits = Limits::default().with_triangles(4000).with_input_bytes(1000);
+        let read = |content: &[u8]| {
+            let mut file = tempfile::Builder::new().suffix(".stl").tempfile().unwrap();
+            file.write_all(content).unwrap();
+            load_file(file.path(), &limits, &Jobs::new(1)).unwrap()
+        };
+        let (of_text, of_bytes) = (read(text.as_bytes()), read(&bytes));
+        let sorted = |loaded: &Loaded| {
+            let mut positions: Vec<_> = mesh(loaded).0.iter().map(|p| p.map(f32::to_bits)).collect();
+            positions.sort_unstable();
+            positions
+        };
+        assert_eq!(sorted(&of_text), sorted(&of_bytes));
+        assert_eq!(of_text.scene.triangle_count(), of_bytes.scene.triangle_count());
+        // A number that is none takes its facet away, a vertex without numbers the two of its loop, which then has four corners.
+        let broken = text.replacen("VERTEX ", "vertex x", 1);
+        let broken = broken.replacen(
+            "endloop endfacet\nfacet normal 0 0 0 outer loop\nVERTEX",
+            "endloop endfacet\nfacet normal 0 0 0 outer loop\nVERTEX vertex",
+            1,
+        );
+        let loaded = read(broken.as_bytes());
+        assert!(loaded.warnings[1].message.starts_with("STL: 3 triangles left out"), "{:?}", loaded.warnings);
     }
 }
