@@ -242,9 +242,7 @@ impl Large<'_> {
             body: &kept,
         };
         let (loading, shares) = (TextureLoading::Whole, &Shares::default());
-        crate::origin::load_about(|region| {
-            load_read(&few, region, context, loading, shares, warnings.clone())
-        })
+        load_about(|region| load_read(&few, region, context, loading, shares, warnings.clone())).map(Some)
     }
 
     /// A mesh of fewer triangles; `None` if the limits leave none.
