@@ -111,7 +111,12 @@ impl Clusters {
         self.of_vertices.len()
     }
 
-    /// Mean position of the cluster that a vertex is in, before an origin; `None` of one that cannot be drawn or is not there.
+    /// True for a vertex that is there and can be drawn.
+    pub(super) fn has(&self, vertex: i64) -> bool {
+        usize::try_from(vertex).is_ok_and(|vertex| self.cluster_of(vertex).is_some())
+    }
+
+    /// Mean position of the cluster that a vertex is in; `None` of one that cannot be drawn or is not there.
     pub(super) fn near(&self, vertex: i64) -> Option<[f32; 3]> {
         let members = self.members.get(self.cluster_of(usize::try_from(vertex).ok()?)? as usize)?;
         Some(self.position(members, [0.0; 3]))

@@ -399,7 +399,11 @@ impl Reading {
                 return Ok(());
             }
             polygon.clear();
-            let near = |&corner: &i64| Some((corner as u32, clusters.near(corner)?));
+            // Where the corners of a triangle are does not matter.
+            let near = |&corner: &i64| match corners.len() {
+                3 => clusters.has(corner).then_some((corner as u32, [0.0; 3])),
+                _ => Some((corner as u32, clusters.near(corner)?)),
+            };
             polygon.extend(corners.iter().map_while(near));
             if polygon.len() < corners.len() {
                 losses.bad = losses.bad.saturating_add(1);
