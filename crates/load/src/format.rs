@@ -264,7 +264,8 @@ impl Format {
             }
         }
         if bytes.starts_with(archive::MAGIC) {
-            let is_model = |name: &String| name.ends_with(".model");
+            // The packaging conventions leave the extension to the content types.
+            let is_model = |name: &String| name.ends_with(".model") || name.starts_with("3d/3dmodel.");
             let names = archive::names(bytes, 4096);
             #[cfg(feature = "more-models")]
             if usd::is_package(&names) {

@@ -50,6 +50,21 @@ pub(crate) fn is_one(bytes: &[u8]) -> bool {
     keyword(head).is_some()
 }
 
+/// The keyword of a file that is called one, and what follows it: it may be in small letters, or missing (Geomview has it
+/// optional), which is too little to know a file by.
+fn lenient_keyword(bytes: &[u8]) -> Option<(Kind, Words<'_>)> {
+    keyword(bytes).or_else(|| {
+        let mut words = Words::new(bytes);
+        let all = words.clone();
+        let word = words.next()?;
+        // The longest has eight letters.
+        match Kind::of(&word.get(..9).unwrap_or(word).to_ascii_uppercase()) {
+            Some(kind) => Some((kind, words)),
+            None => integer(word).map(|_| (Kind::default(), all)),
+        }
+    })
+}
+
 /// The keyword, and what follows it. The counts may follow without a blank, as in files of ModelNet.
 fn keyword(bytes: &[u8]) -> Option<(Kind, Words<'_>)> {
     let mut words = Words::new(bytes);
@@ -258,7 +273,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
 /// Reads the keyword, the counts, and as many vertices and faces as there are.
 fn read(bytes: &[u8], context: &Context<'_>, warnings: &mut Warnings) -> Result<Model, LoadError> {
     let malformed = |message: String| LoadError::malformed(FORMAT, message);
-    let Some((mut kind, words)) = keyword(bytes) else {
+    let Some((mut kind, words)) = lenient_keyword(bytes) else {
         return Err(malformed("it does not begin with OFF".to_owned()));
     };
     let mut ahead = words.clone();
@@ -495,6 +510,20 @@ mod tests {
                 "{counts}: {:?}",
                 loaded.warnings
             );
+        }
+    }
+
+    #[test]
+    fn the_keyword_may_be_small_or_missing() {
+        for keyword in ["off\n", "Off ", "stcn4off\n", ""] {
+            let parts = if keyword.starts_with('s') { " 1 0 0 1 255 0 0 255 0 0" } else { "" };
+            let text = format!("{keyword}3 1 0\n0 0 0{parts}\n1 0 0{parts}\n0 1 0{parts}\n3 0 1 2\n");
+            assert_eq!(load(text.as_bytes(), Format::Off).unwrap().scene.triangle_count(), 1, "{keyword}");
+            attack(text.as_bytes(), Format::Off);
+        }
+        for text in ["office 3 1 0\n", "stcn4offx 3 1 0\n", "x"] {
+            let error = load(text.as_bytes(), Format::Off).unwrap_err().to_string();
+            assert!(error.contains("does not begin with OFF"), "{error}");
         }
     }
 

@@ -255,6 +255,24 @@ impl<'a> Xml<'a> {
         }
     }
 
+    /// All text within the element whose tag was read last, that of the elements in it too.
+    pub(crate) fn all_text(&mut self) -> Result<String, LoadError> {
+        let mut content = String::new();
+        if self.empty {
+            return Ok(content);
+        }
+        let level = self.depth;
+        while self.depth >= level {
+            match self.event()? {
+                Event::Text(text) => content.push_str(&text.into_inner()),
+                Event::CData(text) => content.push_str(&text.into_inner()),
+                Event::Eof => return Err(self.ends_early()),
+                _ => {}
+            }
+        }
+        Ok(content)
+    }
+
     fn ends_early(&self) -> LoadError {
         self.error("the text ends within an element")
     }

@@ -227,7 +227,9 @@ impl Renderer {
         })?;
         let mut frame = drawn.frame;
         let planes = std::mem::take(&mut frame.aovs);
-        self.recycle(frame);
+        if !frame.pixels.is_empty() {
+            self.recycle(frame);
+        }
         Ok(planes)
     }
 

@@ -108,8 +108,9 @@ impl PassMemory {
             developer = None;
         }
         let mut planes = Planes::default();
-        // Of the linear light nothing is kept but what is seen through surfaces that refract, what is metered, and hashes.
-        if (developer.is_none() && writer.is_none())
+        // Of the linear light nothing is kept but what is seen through surfaces that refract, what is metered, and hashes. Planes of
+        // the G-buffer alone have none.
+        if (developer.is_none() && writer.is_none() && !only_planes)
             || kinds.contains(&PassKind::Backdrop)
             || options.stage_hashes
         {

@@ -49,6 +49,10 @@ pub(super) struct Found {
     pub cost: RenderStats,
 }
 
+/// Places of the two strengths of a material.
+const CAVITY: usize = 0;
+const OUTLINE: usize = 1;
+
 /// Strengths by which the surfaces of each material change: of the cavity and of the rim.
 struct Strengths {
     of_materials: Vec<[f32; 2]>,
@@ -116,6 +120,11 @@ impl Strengths {
         }
     }
 
+    /// True if some material asks for one of the two.
+    fn any(&self, which: usize) -> bool {
+        self.of_materials.iter().any(|own| own.get(which).is_some_and(|strength| *strength > 0.0))
+    }
+
     fn is_nothing(&self) -> bool {
         self.of_materials.iter().all(|own| *own == [0.0; 2])
     }
@@ -142,7 +151,10 @@ impl Memory {
             return Ok(None);
         }
         let Some(mut strengths) = Strengths::of(scene, options) else { return Ok(None) };
-        let wanted = vec![Aov::Position, Aov::CameraNormal, Aov::MaterialId, Aov::InstanceId];
+        let mut wanted = vec![Aov::MaterialId, Aov::InstanceId];
+        if strengths.any(CAVITY) {
+            wanted.extend([Aov::Position, Aov::CameraNormal]);
+        }
         let centered = options.clone().with_aov_sample(PlaneSample::Center);
         let own = centered::of_planes(&centered, wanted);
         // The picture reads more of the textures.
@@ -157,8 +169,6 @@ impl Memory {
         };
         let mut planes = drawn.frame.aovs;
         let cost = drawn.stats;
-        self.passes.planes.linear = drawn.frame.pixels;
-        self.passes.planes.transmittance = drawn.frame.transmittance;
         let mut take = |aov: Aov| {
             let found = planes.iter().position(|plane| plane.aov == aov);
             found.map_or_else(|| AovPlane::empty(aov, 0), |place| planes.swap_remove(place))
@@ -189,14 +199,15 @@ struct Surfaces {
 }
 
 impl Surfaces {
-    fn relief(&self, jobs: &Jobs, camera: &Camera, strengths: &Strengths) -> Result<Relief, RenderError> {
+    fn relief(mut self, jobs: &Jobs, camera: &Camera, strengths: &Strengths) -> Result<Relief, RenderError> {
         let [width, height] = self.size;
         let axes = camera.axes()?.map(|axis| axis.map(|v| v as f32));
         let side = width.min(height);
-        let rim = strengths.of_materials.iter().any(|own| own[1] > 0.0).then(|| self.openness(jobs, side));
         let steps = ((side as u32).div_ceil(SIDE_PER_STEP) as usize).clamp(1, MOST_STEPS);
-        let turns =
-            strengths.of_materials.iter().any(|own| own[0] > 0.0).then(|| self.turns(jobs, &axes, steps));
+        let turns = strengths.any(CAVITY).then(|| self.turns(jobs, &axes, steps));
+        // Six of eight numbers of a pixel, of which nothing else is found.
+        (self.positions, self.normals) = (Vec::new(), Vec::new());
+        let rim = strengths.any(OUTLINE).then(|| self.openness(jobs, side));
         let mut pixels = vec![(1.0, 0); width * height];
         jobs.for_each_chunk_mut(&mut pixels, width.max(1), |y, row| {
             for (x, pixel) in row.iter_mut().enumerate() {

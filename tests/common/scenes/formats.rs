@@ -261,13 +261,12 @@ fn ply() -> Built {
     }
     files.push(file.bytes);
 
-    let linear = "property float nx\nproperty float ny\nproperty float nz\n\
+    let fractions = "property float nx\nproperty float ny\nproperty float nz\n\
         property float red\nproperty float green\nproperty float blue\n";
-    let mut file = Ply::new(Encoding::Little, &(element(linear) + &faces("")));
+    let mut file = Ply::new(Encoding::Little, &(element(fractions) + &faces("")));
     for (k, (p, n)) in mesh.positions.iter().zip(&mesh.normals).enumerate() {
         p.iter().chain(n).for_each(|&v| file.float(v));
-        let linear = code(k).map(|v| overcoat::color::srgb::srgb_to_linear(f32::from(v) / 255.0));
-        linear.iter().for_each(|&v| file.float(v));
+        code(k).iter().for_each(|&v| file.float(f32::from(v) / 255.0));
     }
     quads.iter().for_each(|q| quad(&mut file, q));
     files.push(file.bytes);

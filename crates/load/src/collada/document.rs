@@ -54,6 +54,7 @@ pub(super) struct Part {
 
 /// The id that a reference within the document stands for.
 pub(super) fn id_of(url: &str) -> String {
+    let url = url.trim();
     url.strip_prefix('#').unwrap_or(url).to_owned()
 }
 
@@ -111,7 +112,11 @@ impl Document {
             let id = tag.attribute("id").unwrap_or_default();
             match (name, tag.name()) {
                 ("library_images", "image") => _ = self.images.insert(id, image(xml)?),
-                ("library_effects", "effect") => _ = self.effects.insert(id, effect(xml)?),
+                ("library_effects", "effect") => {
+                    let mut effect = effect(xml)?;
+                    self.images.append(&mut effect.images);
+                    self.effects.insert(id, effect);
+                }
                 ("library_materials", "material") => xml.children(|_, tag| {
                     if tag.name() == "instance_effect" {
                         let url = tag.attribute("url").unwrap_or_default();
@@ -272,22 +277,12 @@ fn bindings(xml: &mut Xml<'_>) -> Result<BTreeMap<String, String>, LoadError> {
     Ok(found)
 }
 
-/// The file of an image; of version 1.5, where it is in an element of its own.
-fn image(xml: &mut Xml<'_>) -> Result<String, LoadError> {
+/// The file of an image, which version 1.5 has in an element of its own, `ref`.
+pub(super) fn image(xml: &mut Xml<'_>) -> Result<String, LoadError> {
     let mut file = String::new();
     xml.children(|xml, tag| {
         if tag.name() == "init_from" {
-            let content = xml.content()?;
-            if content.trim().is_empty() {
-                xml.children(|xml, tag| {
-                    if tag.name() == "ref" {
-                        file = xml.content()?;
-                    }
-                    Ok(())
-                })?;
-            } else {
-                file = content;
-            }
+            file = xml.all_text()?;
         }
         Ok(())
     })?;

@@ -39,11 +39,20 @@ struct Source {
     values: Vec<f32>,
     stride: usize,
     offset: usize,
+    /// Places within a group that have names, where others have none: those are skipped (COLLADA 1.4.1, chapter 5, `accessor`).
+    named: Vec<usize>,
 }
 
 impl Source {
     fn get<const N: usize>(&self, index: u32) -> Option<[f32; N]> {
         let start = (index as usize).checked_mul(self.stride)?.checked_add(self.offset)?;
+        if let Some(places) = self.named.first_chunk::<N>() {
+            let mut group = [0.0; N];
+            for (value, place) in group.iter_mut().zip(places) {
+                *value = *self.values.get(start.checked_add(*place)?)?;
+            }
+            return Some(group);
+        }
         self.values.get(start..start.checked_add(N)?)?.first_chunk().copied()
     }
 
@@ -131,10 +140,11 @@ fn source(xml: &mut Xml<'_>) -> Result<Source, LoadError> {
     xml.children(|xml, tag| {
         match tag.name() {
             "float_array" => source.values = numbers(&xml.content()?).map(|v| v as f32).collect(),
-            "technique_common" => xml.children(|_, tag| {
+            "technique_common" => xml.children(|xml, tag| {
                 if tag.name() == "accessor" {
                     source.stride = tag.number("stride").unwrap_or(1).max(1) as usize;
                     source.offset = tag.number("offset").unwrap_or(0) as usize;
+                    source.named = named_parameters(xml)?;
                 }
                 Ok(())
             })?,
@@ -143,6 +153,23 @@ fn source(xml: &mut Xml<'_>) -> Result<Source, LoadError> {
         Ok(())
     })?;
     Ok(source)
+}
+
+/// Places of an accessor's parameters that have names; none if all have or all do not.
+fn named_parameters(xml: &mut Xml<'_>) -> Result<Vec<usize>, LoadError> {
+    let (mut named, mut count) = (Vec::new(), 0_usize);
+    xml.children(|_, tag| {
+        if tag.name() == "param" {
+            // Of more than have a meaning the first ones count.
+            if named.len() < 4 && tag.attribute("name").is_some_and(|name| !name.is_empty()) {
+                named.push(count);
+            }
+            count = count.saturating_add(1);
+        }
+        Ok(())
+    })?;
+    let is_first = named.last().is_none_or(|last| last.saturating_add(1) == named.len());
+    Ok(if is_first { Vec::new() } else { named })
 }
 
 /// Lists of a primitive, as they are written.

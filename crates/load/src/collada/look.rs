@@ -1,8 +1,8 @@
 //! Effects, as far as they are drawn: the common profile's shaders with their colours and textures.
 
-use super::document::{id_of, numbers};
+use super::document::{id_of, image, numbers};
 use crate::LoadError;
-use crate::xml::Xml;
+use crate::xml::{Tag, Xml};
 use overcoat_core::color::srgb::srgb_to_linear;
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub(super) enum Look {
 /// An effect as the document has it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Effect {
-    /// `lambert`, `phong`, `blinn` or `constant`.
+    /// `lambert`, `phong`, `blinn` or `constant`; empty without a common profile.
     pub(super) shader: String,
     pub(super) diffuse: Option<Look>,
     pub(super) emission: Option<Look>,
@@ -30,27 +30,34 @@ pub(super) struct Effect {
     pub(super) shininess: Option<f32>,
     /// Surfaces or images of samplers, and images of surfaces.
     pub(super) parameters: BTreeMap<String, String>,
+    /// Files of images that the effect has itself, by their ids.
+    pub(super) images: BTreeMap<String, String>,
 }
 
 /// Reads an effect.
 pub(super) fn effect(xml: &mut Xml<'_>) -> Result<Effect, LoadError> {
     let mut effect = Effect::default();
     xml.children(|xml, tag| match tag.name() {
-        "newparam" => {
-            let sid = tag.attribute("sid").unwrap_or_default();
-            parameter(xml, sid, &mut effect)
-        }
         "profile_COMMON" => xml.children(|xml, tag| match tag.name() {
-            "newparam" => {
-                let sid = tag.attribute("sid").unwrap_or_default();
-                parameter(xml, sid, &mut effect)
-            }
             "technique" => technique(xml, &mut effect),
-            _ => Ok(()),
+            _ => part(xml, tag, &mut effect),
         }),
-        _ => Ok(()),
+        _ => part(xml, tag, &mut effect),
     })?;
     Ok(effect)
+}
+
+/// Reads what an effect, its profile and its technique may have alike: parameters and images.
+fn part(xml: &mut Xml<'_>, tag: &Tag<'_>, effect: &mut Effect) -> Result<(), LoadError> {
+    match tag.name() {
+        "newparam" => parameter(xml, tag.attribute("sid").unwrap_or_default(), effect)?,
+        "image" => {
+            let file = image(xml)?;
+            effect.images.insert(tag.attribute("id").unwrap_or_default(), file);
+        }
+        _ => {}
+    }
+    Ok(())
 }
 
 /// Reads a surface (the image that it begins from) or a sampler (its surface, or its image in version 1.5).
@@ -74,12 +81,8 @@ fn parameter(xml: &mut Xml<'_>, sid: String, effect: &mut Effect) -> Result<(), 
 fn technique(xml: &mut Xml<'_>, effect: &mut Effect) -> Result<(), LoadError> {
     xml.children(|xml, tag| {
         let name = tag.name();
-        if name == "newparam" {
-            let sid = tag.attribute("sid").unwrap_or_default();
-            return parameter(xml, sid, effect);
-        }
         if !matches!(name, "lambert" | "phong" | "blinn" | "constant") {
-            return Ok(());
+            return part(xml, tag, effect);
         }
         effect.shader = name.to_owned();
         xml.children(|xml, tag| {
@@ -147,18 +150,33 @@ impl Effect {
         }
     }
 
-    /// Image of a texture: that of its sampler's surface. Some programs name the image itself.
-    pub(super) fn image<'a>(&'a self, look: &'a Option<Look>) -> Option<&'a str> {
+    /// Image of a texture among those of the document: that of its sampler's surface. Some programs name the image itself, others
+    /// a sampler without the end of its name: then the one image that the effect has is meant.
+    pub(super) fn image<'a>(
+        &'a self,
+        look: &'a Option<Look>,
+        images: &BTreeMap<String, String>,
+    ) -> Option<&'a str> {
         let Some(Look::Texture(name)) = look else { return None };
-        let mut name = name.as_str();
-        // A sampler and its surface.
+        let named = self.end_of(name);
+        if images.contains_key(named) {
+            return Some(named);
+        }
+        let mut ends =
+            self.parameters.keys().map(|key| self.end_of(key)).filter(|end| images.contains_key(*end));
+        let first = ends.next();
+        Some(first.filter(|first| ends.all(|end| end == *first)).unwrap_or(named))
+    }
+
+    /// The end of the way from a sampler to its surface and from there to the image.
+    fn end_of<'a>(&'a self, mut name: &'a str) -> &'a str {
         for _ in 0..2 {
             match self.parameters.get(name) {
                 Some(next) => name = next,
                 None => break,
             }
         }
-        Some(name)
+        name
     }
 
     /// Opacity (COLLADA 1.4.1, chapter 7, "Determining Transparency"); `None` where nothing is transparent by what is written.

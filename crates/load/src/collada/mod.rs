@@ -218,6 +218,13 @@ impl<'a> Builder<'a> {
             return Ok(*known);
         }
         let material = match effect {
+            Some(effect) if effect.shader.is_empty() => {
+                let name = quoted(id.as_bytes());
+                self.warnings.add(|| {
+                    format!("{FORMAT}: material {name} has no shader of the common profile: drawn plain")
+                });
+                default_material().with(|m| m.name = id.to_owned())
+            }
             Some(effect) => (self.surface(id, effect)?).with(|m| m.name = id.to_owned()),
             None => default_material(),
         };
@@ -248,7 +255,9 @@ impl<'a> Builder<'a> {
         if opacity < 1.0 || cut {
             material.alpha_mode = AlphaMode::Blend;
         }
-        let (own, other) = (effect.image(&effect.diffuse), effect.image(&effect.transparent));
+        let images = &self.document.images;
+        let image = |of: fn(&Effect) -> &Option<Look>| effect.image(of(effect), images);
+        let (own, other) = (image(|e| &e.diffuse), image(|e| &e.transparent));
         if cut && own != other {
             let name = quoted(id.as_bytes());
             self.warnings.add(|| {
@@ -263,7 +272,7 @@ impl<'a> Builder<'a> {
         }
         let [r, g, b, _] = Effect::linear(&effect.emission).unwrap_or_default();
         material.emissive = [r, g, b];
-        if let Some(texture) = self.texture(effect.image(&effect.emission), false)? {
+        if let Some(texture) = self.texture(image(|e| &e.emission), false)? {
             (material.emissive, material.emissive_texture) = ([1.0; 3], Some(texture));
         }
         if effect.shader == "constant" {

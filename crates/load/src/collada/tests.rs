@@ -131,11 +131,7 @@ fn shaders_have_textures_opacity_and_emission() {
         let libraries = [geometry(&polylist()), material(technique)].concat();
         let text = document("", &libraries, &format!("<node>{INSTANCE}</node>"));
         let mut beside = MemoryResolver::default();
-        let mut png = Vec::new();
-        let mut encoder = png::Encoder::new(&mut png, 1, 1);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.write_header().unwrap().write_image_data(&[255, 0, 0]).unwrap();
-        beside.files.insert("my t.png".to_owned(), png);
+        beside.files.insert("my t.png".to_owned(), pixel());
         let loaded = load_beside(text.as_bytes(), Format::Collada, &beside, &limits()).unwrap();
         let messages = warnings(&loaded).into_iter().map(str::to_owned).collect::<Vec<_>>();
         (loaded.scene.materials()[0].clone(), messages)
@@ -173,6 +169,67 @@ fn shaders_have_textures_opacity_and_emission() {
     let text = plain().replace(LAMBERT, "<lambert><diffuse><texture texture='i'/></diffuse></lambert>");
     let loaded = read(&text);
     assert!(warnings(&loaded)[0].contains("my t.png"), "{:?}", loaded.warnings);
+}
+
+/// A picture of one texel.
+fn pixel() -> Vec<u8> {
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&[255, 0, 0]).unwrap();
+    png
+}
+
+#[test]
+fn images_are_found_wherever_documents_have_them() {
+    let technique = "<lambert><diffuse><texture texture='sa'/></diffuse></lambert>";
+    let file = "<init_from>file:///C:/maps/my%20t.png</init_from>";
+    let library = format!("<library_images><image id='i'>{file}</image></library_images>");
+    let image = format!("<image id='i'>{file}</image>");
+    for (from, to) in [
+        // Version 1.5.
+        (file, "<init_from><ref>my%20t.png</ref></init_from>".to_owned()),
+        ("<sampler2D><source>su</source>", "<sampler2D><instance_image url=' #i '/>".to_owned()),
+        // The sampler without the end of its name.
+        ("texture='sa'", "texture='s'".to_owned()),
+        // In the profile, the effect and the technique.
+        ("<profile_COMMON>", format!("<profile_COMMON>{image}")),
+        ("<profile_COMMON>", format!("{image}<profile_COMMON>")),
+        ("<technique sid='c'>", format!("<technique sid='c'>{image}")),
+    ] {
+        let mut libraries = material(technique);
+        if to.contains(&image) {
+            libraries = libraries.replace(&library, "");
+        }
+        let libraries = [geometry(&polylist()), libraries.replace(from, &to)].concat();
+        let text = document("", &libraries, &format!("<node>{INSTANCE}</node>"));
+        let mut beside = MemoryResolver::default();
+        beside.files.insert("my t.png".to_owned(), pixel());
+        let loaded = load_beside(text.as_bytes(), Format::Collada, &beside, &limits()).unwrap();
+        assert!(loaded.warnings.is_empty(), "{to}: {:?}", loaded.warnings);
+        assert!(loaded.scene.materials()[0].base_color_texture.is_some(), "{to}");
+    }
+}
+
+#[test]
+fn effects_of_other_profiles_are_drawn_plain() {
+    let loaded = read(&plain().replace("profile_COMMON", "profile_CG"));
+    assert_eq!(
+        warnings(&loaded),
+        ["COLLADA: material 'red' has no shader of the common profile: drawn plain"]
+    );
+    assert!(loaded.scene.materials()[0].base_color[0] > 0.3, "it is black");
+}
+
+#[test]
+fn numbers_of_parameters_without_a_name_are_skipped() {
+    let accessor = "<accessor source='#pa' count='4' stride='3'/>";
+    let parameters =
+        ["", " name='X'", " name='Y'", " name='Z'"].map(|name| format!("<param{name}/>")).concat();
+    let text = plain().replace("0 0 0 2 0 0 2 2 0\n0 2 0", "9 0 0 0 9 2 0 0 9 2 2 0 9 0 2 0");
+    let text = text
+        .replace(accessor, &format!("<accessor source='#pa' count='4' stride='4'>{parameters}</accessor>"));
+    assert_eq!(read(&text).scene.meshes()[0].positions(), read(&plain()).scene.meshes()[0].positions());
 }
 
 #[test]

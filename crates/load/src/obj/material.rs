@@ -86,7 +86,12 @@ impl Source {
         let [r, g, b] = mtl.diffuse.unwrap_or([1.0; 3]).map(convert);
         // `Tr` is transparency, but MeshLab writes the opacity there: a surface that nobody could see is not meant.
         let transparency = number("Tr").filter(|&t| t < 1.0);
-        let alpha = mtl.dissolve.or(transparency.map(|t| 1.0 - t)).map_or(1.0, saturate);
+        let mut alpha = mtl.dissolve.or(transparency.map(|t| 1.0 - t)).map_or(1.0, saturate);
+        if alpha <= 0.0 {
+            // Blender 2.8 wrote `d 0` for its default material.
+            warnings.add(|| format!("OBJ: material {name} is wholly transparent as written: drawn opaque"));
+            alpha = 1.0;
+        }
         // Not a number is none.
         let radiance = |c: f32| if c > 0.0 { EMISSIVE.range().clamp(f64::from(c)) } else { 0.0 };
         let emissive = mtl.emissive.unwrap_or([0.0; 3]).map(radiance);

@@ -426,6 +426,16 @@ mod tests {
     }
 
     #[test]
+    fn materials_that_nobody_could_see_are_opaque() {
+        let files: [(&str, &[u8]); 1] = [("a.mtl", b"newmtl a\nKd 0.5 0 0\nd 0.000000\n")];
+        let loaded = load_files(&format!("mtllib a.mtl\n{QUAD}usemtl a\nf 1 2 3 4"), &files).unwrap();
+        let material = &loaded.scene.materials()[0];
+        assert_eq!((material.base_color[3], material.alpha_mode), (1.0, AlphaMode::Opaque));
+        let warnings: Vec<&str> = loaded.warnings.iter().map(|w| w.message.as_str()).collect();
+        assert_eq!(warnings, ["OBJ: material 'a' is wholly transparent as written: drawn opaque"]);
+    }
+
+    #[test]
     fn maps_are_read_packed_and_turned() {
         let rough = png(&[[51, 0, 0, 255]], 1);
         let metal = png(&[[204, 0, 0, 255]; 4], 2);

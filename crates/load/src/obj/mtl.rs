@@ -5,6 +5,7 @@
 
 use crate::names::name_of;
 use crate::text::{Tokens, float, quoted, without_mark};
+use crate::utf16::to_utf8;
 use crate::warnings::Warnings;
 use std::collections::BTreeSet;
 use std::io::Cursor;
@@ -35,7 +36,8 @@ const IGNORED: [&str; 6] = ["illum", "Tf", "sharpness", "map_aat", "Km", "Ka"];
 
 /// Parses a library. `file` names it in warnings.
 pub(super) fn parse(bytes: &[u8], file: &str, warnings: &mut Warnings) -> Vec<tobj::Material> {
-    let clean = clean(without_mark(bytes), file, warnings);
+    let wide = to_utf8(bytes);
+    let clean = clean(wide.as_deref().unwrap_or_else(|| without_mark(bytes)), file, warnings);
     match tobj::load_mtl_buf(&mut Cursor::new(clean)) {
         Ok((materials, _)) => materials.into_iter().filter(|m| m.name != NOBODY).collect(),
         Err(error) => {
@@ -156,6 +158,16 @@ mod tests {
         assert_eq!(list[1].shininess, Some(10.0));
         assert_eq!(list[1].unknown_param.get("Tr").map(String::as_str), Some("0.3"));
         assert_eq!(warnings, 0);
+    }
+
+    #[test]
+    fn libraries_may_be_of_sixteen_bit_units() {
+        let text = "newmtl a\nKd 0.5 0 0\n".encode_utf16();
+        let bytes: Vec<u8> = [0xfeff].into_iter().chain(text).flat_map(u16::to_le_bytes).collect();
+        let mut warnings = Warnings::default();
+        let list = parse(&bytes, "'x.mtl'", &mut warnings);
+        assert_eq!(list[0].diffuse, Some([0.5, 0.0, 0.0]));
+        assert!(warnings.finish().is_empty());
     }
 
     #[test]

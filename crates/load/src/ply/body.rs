@@ -18,8 +18,8 @@ const NAMES: [&[&str]; 12] = [
     &["nx", "normal_x"],
     &["ny", "normal_y"],
     &["nz", "normal_z"],
-    &["s", "u", "texture_u", "tex_u", "texture_s", "texcoord_u", "texcoord_s", "u0", "s0"],
-    &["t", "v", "texture_v", "tex_v", "texture_t", "texcoord_v", "texcoord_t", "v0", "t0"],
+    &["s", "u", "texture_u", "tex_u", "texture_s", "texcoord_u", "texcoord_s", "u0", "s0", "tx"],
+    &["t", "v", "texture_v", "tex_v", "texture_t", "texcoord_v", "texcoord_t", "v0", "t0", "ty"],
     &["red", "r", "diffuse_red", "color_red", "color_r"],
     &["green", "g", "diffuse_green", "color_green", "color_g"],
     &["blue", "b", "diffuse_blue", "color_blue", "color_b"],
@@ -79,7 +79,8 @@ pub(super) fn store(item: &mut [f32; SLOTS], slot: Option<(usize, Scalar)>, valu
     }
 }
 
-/// Whole numbers are sRGB codes of 8 bits (16 in `ushort`), fractions linear: those are left as they are until all are known.
+/// Whole numbers are sRGB codes of 8 bits (16 in `ushort`), and fractions sRGB, which programs that read them agree on (three.js,
+/// MeshLab, Open3D, trimesh): those are left as they are until all are known.
 /// Alpha is linear in both.
 fn color(slot: usize, scalar: Scalar, value: f32) -> f32 {
     match scalar {
@@ -101,20 +102,27 @@ fn saturate(v: f32) -> f32 {
     if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
 }
 
-/// A component of a colour within its range; `is_code`: fractions are the codes of whole numbers.
+/// The linear component of a colour that is written as a fraction; `is_code`: as the code of a whole number, with a point.
 pub(super) fn settled(v: f32, is_code: bool) -> f32 {
-    if is_code { code(v) } else { saturate(v) }
+    if is_code { code(v) } else { srgb_to_linear(saturate(v)) }
 }
 
-/// Brings fractions into their range. Where some are above 2 they are the codes of whole numbers, written with a point.
-pub(super) fn settle_colors(colors: &mut [[f32; 4]]) {
+/// Makes fractions linear numbers, as whole numbers are already. Where some are above 2 they are the codes of whole numbers,
+/// written with a point.
+pub(super) fn settle_colors(slots: &Slots, colors: &mut [[f32; 4]]) {
+    let is_float = |scalar| matches!(scalar, Scalar::F16 | Scalar::F32 | Scalar::F64);
     let rgb_codes = colors.iter().flatten().enumerate().any(|(k, &v)| k % 4 != 3 && v > 2.0);
     let alpha_codes = colors.iter().any(|color| color[3] > 2.0);
-    for [r, g, b, a] in colors {
-        for v in [r, g, b] {
-            *v = settled(*v, rgb_codes);
+    for (channel, slot) in (COLOR..=ALPHA).enumerate() {
+        if !slots.0.iter().flatten().any(|&(filled, scalar)| filled == slot && is_float(scalar)) {
+            continue;
         }
-        *a = saturate(if alpha_codes { *a / 255.0 } else { *a });
+        for v in colors.iter_mut().filter_map(|color| color.get_mut(channel)) {
+            *v = match slot {
+                ALPHA => saturate(if alpha_codes { *v / 255.0 } else { *v }),
+                _ => settled(*v, rgb_codes),
+            };
+        }
     }
 }
 
@@ -266,7 +274,7 @@ pub(super) fn vertices(
             out.values.push(value);
         }
     }
-    settle_colors(&mut out.colors);
+    settle_colors(&slots, &mut out.colors);
     Ok(out)
 }
 
@@ -435,7 +443,7 @@ pub(super) fn faces(
             check_mesh(context, out.triangles.len() as u64, positions.len() as u64)?;
         }
     }
-    settle_colors(&mut out.colors);
+    settle_colors(&slots, &mut out.colors);
     check_mesh(context, out.triangles.len() as u64, positions.len() as u64)?;
     Ok((out, triangulator.given_up))
 }

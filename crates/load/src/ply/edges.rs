@@ -93,7 +93,7 @@ pub(super) fn edges(
             check_mesh(context, out.ends.len() as u64, 0)?;
         }
     }
-    settle_colors(&mut out.colors);
+    settle_colors(&slots, &mut out.colors);
     check_mesh(context, out.ends.len() as u64, 0)?;
     Ok(out)
 }

@@ -3,7 +3,7 @@
 //! Parsed here and not by a crate, which would hand over every value in a map of names: a hundred times the memory of
 //! the file, and no say in what a damaged one gives.
 //!
-//! Colours of whole numbers are sRGB, those of fractions linear. Coloured faces win over coloured vertices unless all
+//! Colours are sRGB: codes in whole numbers, 0 to 1 in fractions. Coloured faces win over coloured vertices unless all
 //! faces have one colour. `comment TextureFile` names the texture of vertex (`s t`, `u v`, `texture_u texture_v`) or
 //! face (`texcoord`) coordinates. Files of Gaussian splats are known by their properties.
 mod body;
@@ -451,7 +451,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_of_codes_are_srgb_and_those_of_fractions_linear() {
+    fn colours_of_codes_and_of_fractions_are_srgb() {
         let vertex = |scalar: &str, values: [&str; 3]| {
             let [a, b, c] = values;
             format!(
@@ -464,7 +464,8 @@ mod tests {
         let codes = colors(vertex("uchar", ["255 0 188", "0 0 0", "0 0 0"]));
         assert_eq!(codes[0][..2], [1.0, 0.0]);
         assert!((codes[0][2] - 0.503).abs() < 1e-3 && codes[0][3] == 1.0);
-        assert_eq!(colors(vertex("float", ["0.5 2 nan", "0 0 0", "0 0 0"]))[0], [0.5, 1.0, 0.0, 1.0]);
+        let half = overcoat_core::color::srgb::srgb_to_linear(0.5);
+        assert_eq!(colors(vertex("float", ["0.5 2 nan", "0 0 0", "0 0 0"]))[0], [half, 1.0, 0.0, 1.0]);
         assert_eq!(colors(vertex("ushort", ["65535 0 0", "0 0 0", "0 0 0"]))[0], [1.0, 0.0, 0.0, 1.0]);
     }
 

@@ -1,10 +1,10 @@
 //! PCD, the point clouds of the Point Cloud Library (its document "The PCD file format", version 0.7): text, binary, and binary
 //! compressed by LZF.
 //!
-//! `x y z`, `normal_x normal_y normal_z` and `rgb` or `rgba` (8 bits each in a word, which may be written as a float) are read, and
-//! of the others the one that says most of a point where there are no colours. Points of the depth camera without a measure are NaN.
+//! `x y z`, `normal_x normal_y normal_z` and `rgb` or `rgba` (8 bits each in a word, which may be written as a float) are read, or the
+//! three parts of a colour in fields of their own, as PDAL writes them, and of the others the one that says most of a point where there are no colours. Points of the depth camera without a measure are NaN.
 
-use super::{Scan, color_of_8, lzf};
+use super::{Scan, color_of_8, color_within, lzf, range_of};
 use crate::budget::Budget;
 use crate::mesh_formats::check_input;
 use crate::origin::{Region, load_about};
@@ -86,6 +86,14 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
                 (field.place[0].saturating_mul(points), (field.size.saturating_mul(field.count)) as usize)
             };
             binary(&header, &body, reach, &slots, &mut scan, context, &mut warnings)?;
+        }
+    }
+    if slots.parts.is_some() {
+        let codes = scan.rest.colors.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]);
+        let range = range_of(codes.fold(0.0, |most, v| if v > most { v } else { most }));
+        for color in &mut scan.rest.colors {
+            let [r, g, b, _] = *color;
+            *color = color_within([r, g, b], range);
         }
     }
     if (scan.positions.len() as u64) < header.points {
@@ -210,6 +218,8 @@ struct Slots<'a> {
     position: [&'a Field; 3],
     normal: Option<[&'a Field; 3]>,
     color: Option<&'a Field>,
+    /// Red, green and blue in fields of their own.
+    parts: Option<[&'a Field; 3]>,
     value: Option<&'a Field>,
     measure: Measure,
 }
@@ -226,8 +236,11 @@ impl<'a> Slots<'a> {
         };
         let normal = three(["normal_x", "normal_y", "normal_z"]);
         let color = find("rgb").or_else(|| find("rgba")).filter(|field| field.size == 4);
+        let parts = three(["red", "green", "blue"]).or_else(|| three(["r", "g", "b"]));
+        let parts = parts.filter(|_| color.is_none());
+        let is_colored = color.is_some() || parts.is_some();
         let mut best: Option<(Measure, &Field)> = None;
-        for field in fields.iter().filter(|field| color.is_none() && field.count == 1) {
+        for field in fields.iter().filter(|field| !is_colored && field.count == 1) {
             if let Some(measure) = Measure::of(&field.name)
                 && best.is_none_or(|(found, _)| measure > found)
             {
@@ -239,6 +252,7 @@ impl<'a> Slots<'a> {
             let of = |list: &[&Field]| list.iter().any(|field| field.name == name);
             of(&position)
                 || normal.is_some_and(|n| of(&n))
+                || parts.is_some_and(|p| of(&p))
                 || color.into_iter().chain(value).any(|f| f.name == name)
         };
         // `_` is padding.
@@ -251,7 +265,7 @@ impl<'a> Slots<'a> {
         if !unused.is_empty() {
             warnings.add(|| format!("{FORMAT}: fields without effect: {}", unused.join(", ")));
         }
-        Ok(Self { position, normal, color, value, measure })
+        Ok(Self { position, normal, color, parts, value, measure })
     }
 
     /// Adds a point, of whose fields `number` has the value and `word` the bits.
@@ -271,6 +285,10 @@ impl<'a> Slots<'a> {
             Some(field) => Some(word(field)?),
             None => None,
         };
+        let parts = match self.parts {
+            Some(fields) => Some(three(fields)?.map(|v| v as f32)),
+            None => None,
+        };
         let value = match self.value {
             Some(field) => Some(number(field)? as f32),
             None => None,
@@ -282,6 +300,8 @@ impl<'a> Slots<'a> {
             let [b, g, r, _] = word.to_le_bytes();
             color_of_8([r, g, b])
         }));
+        // Codes until all are known.
+        scan.rest.colors.extend(parts.map(|[r, g, b]| [r, g, b, 1.0]));
         scan.rest.values.extend(value);
         Some(())
     }
@@ -310,7 +330,11 @@ fn text(
         let word = |field: &Field| words.get(field.place[1]).copied();
         let number = |field: &Field| word(field).and_then(double);
         let bits = |field: &Field| match field.kind {
-            Type::Float => number(field).map(|value| (value as f32).to_bits()),
+            // A whole number is no float of these bits, which would be far below 1: the word itself is written.
+            Type::Float => match word(field).and_then(integer) {
+                Some(value) if value != 0 => Some(value as u32),
+                _ => number(field).map(|value| (value as f32).to_bits()),
+            },
             _ => word(field).and_then(integer).map(|value| value as u32),
         };
         if slots.push(scan, number, bits).is_none() {

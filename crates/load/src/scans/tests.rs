@@ -89,6 +89,34 @@ fn pcd_of_every_kind() {
 }
 
 #[test]
+fn pcd_has_colours_in_words_and_in_parts() {
+    let of = |fields: &str, kind: &str, count: usize, points: [&str; 2]| {
+        let repeated = |word: &str| [word, " "].concat().repeat(count);
+        let [sizes, counts] = [repeated("4"), repeated("1")];
+        let [a, b] = points;
+        format!(
+            "VERSION .7\nFIELDS x y z {fields}\nSIZE 4 4 4 {sizes}\nTYPE F F F {kind}\nCOUNT 1 1 1 {counts}\nWIDTH 2\n\
+             HEIGHT 1\nPOINTS 2\nDATA ascii\n0 0 0 {a}\n1 2 3 {b}\n"
+        )
+    };
+    // A whole number in a field of floats is the word itself.
+    let (red, word) = (rgb(255, 128, 0), "16744448");
+    for text in [
+        of("rgb", "U", 1, [word, "0"]),
+        of("rgb", "F", 1, [word, "0"]),
+        of("red green blue", "U U U", 3, ["255 128 0", "0 0 0"]),
+        of("b g r", "F F F", 3, ["0 128 255", "0 0 0"]),
+    ] {
+        let loaded = load(text.as_bytes(), Format::Pcd).unwrap();
+        assert!(loaded.warnings.is_empty(), "{text}: {:?}", loaded.warnings);
+        assert_eq!(cloud(&loaded).colors(), [red, rgb(0, 0, 0)], "{text}");
+        attack(text.as_bytes(), Format::Pcd);
+    }
+    let wide = load(of("r g b", "U U U", 3, ["65535 0 0", "0 0 0"]).as_bytes(), Format::Pcd).unwrap();
+    assert_eq!(cloud(&wide).colors()[0], rgb(255, 0, 0));
+}
+
+#[test]
 fn pcd_says_what_is_wrong() {
     let cut = pcd_binary();
     let loaded = load(&cut[..cut.len() - 40], Format::Pcd).unwrap();

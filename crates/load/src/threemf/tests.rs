@@ -131,6 +131,25 @@ fn units_and_encodings() {
 }
 
 #[test]
+fn the_model_may_have_another_extension() {
+    let text = model(&format!("<object id=\"1\">{}</object>", plain_mesh()), "<item objectid=\"1\"/>");
+    let types = "<Types><Default Extension=\"custom\" \
+                 ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>";
+    let relations = RELATIONS.replace("/3D/a.model", "/3D/3dmodel.custom");
+    let bytes = zip(
+        &[
+            ("[Content_Types].xml", types.as_bytes()),
+            ("_rels/.rels", relations.as_bytes()),
+            ("3D/3dmodel.custom", text.as_bytes()),
+        ],
+        true,
+    );
+    assert_eq!(Format::detect(&bytes), Some(Format::ThreeMf));
+    let loaded = load_with(&bytes, &Limits::default()).unwrap();
+    assert_eq!((loaded.scene.instances().len(), messages(&loaded).len()), (1, 0));
+}
+
+#[test]
 fn components_are_placed_within_each_other() {
     let text = model(
         &format!(

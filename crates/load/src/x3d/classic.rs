@@ -6,10 +6,12 @@ use super::FORMAT;
 use super::external::{self, Source};
 use super::first;
 use super::node::{Node, Value, number};
+use super::prototype::{self, Body};
 use super::reading::Reading;
 use crate::LoadError;
 use crate::text::{line_of, quoted};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::rc::Rc;
 
 /// A word of the text.
@@ -152,19 +154,8 @@ pub(super) fn instance_of(
     }
 }
 
-/// A prototype: the values that its fields have by default, and the place of its nodes.
-struct Prototype {
-    defaults: Node,
-    body: Body,
-}
-
-/// Nodes of a prototype.
-enum Body {
-    /// In this file, from there on.
-    Here(usize),
-    /// In another one.
-    There(Source),
-}
+/// A prototype whose nodes begin at this place.
+type Prototype = prototype::Prototype<usize>;
 
 struct Parser<'a, 'r, 'n> {
     words: Words<'a>,
@@ -289,21 +280,15 @@ impl<'a, 'r, 'n> Parser<'a, 'r, 'n> {
     }
 
     /// Reads the nodes of a prototype for a use of it: the first of them stands for it.
-    fn instance(&mut self, prototype: &Prototype, mut own: Node) -> Result<Option<usize>, LoadError> {
-        let around = self.around.saturating_add(self.scopes.len());
-        let body = match &prototype.body {
-            Body::Here(body) => *body,
-            Body::There(source) => return external::instance(self.reading, source, own, around, self.work),
+    fn instance(&mut self, prototype: &Prototype, own: Node) -> Result<Option<usize>, LoadError> {
+        let begun = prototype.begin(own, self.reading, &mut self.scopes, (self.around, &mut *self.work))?;
+        let body = match begun {
+            ControlFlow::Continue(body) => body,
+            ControlFlow::Break(node) => return Ok(node),
         };
-        if !self.reading.may_use(&own.kind, around, *self.work) {
-            return Ok(None);
-        }
-        self.reading.add_defaults(&prototype.defaults, &mut own)?;
         let after = self.words.place;
         self.words.place = body;
         self.words.next();
-        self.scopes.push(Rc::new(own));
-        self.reading.open_names();
         let mut found = None;
         while found.is_none() {
             match self.words.next() {
@@ -316,8 +301,7 @@ impl<'a, 'r, 'n> Parser<'a, 'r, 'n> {
                 other => return Err(self.unexpected(other, "a node")),
             }
         }
-        self.reading.close_names();
-        self.scopes.pop();
+        prototype::end(self.reading, &mut self.scopes);
         *self.work = self.work.saturating_add(self.words.place.saturating_sub(body));
         self.words.place = after;
         Ok(found)

@@ -13,6 +13,7 @@ mod first_tests;
 mod lines;
 mod look;
 mod node;
+mod prototype;
 mod reading;
 mod shapes;
 mod spine;

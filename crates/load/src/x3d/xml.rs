@@ -3,10 +3,12 @@
 use super::FORMAT;
 use super::external::{self, Source};
 use super::node::{Node, Value, strings_of};
+use super::prototype::{self, Body};
 use super::reading::Reading;
 use crate::LoadError;
 use crate::xml::{Tag, Xml};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::rc::Rc;
 
 /// Reads a text: the outermost nodes of its scene.
@@ -59,19 +61,8 @@ pub(super) fn instance_of(
     }
 }
 
-/// A prototype: the values that its fields have by default, and its nodes.
-struct Prototype<'a> {
-    defaults: Node,
-    body: Body<'a>,
-}
-
-/// Nodes of a prototype.
-enum Body<'a> {
-    /// In this file: the text of their element.
-    Here(&'a str),
-    /// In another one.
-    There(Source),
-}
+/// A prototype with the text of the element that its nodes are in.
+type Prototype<'a> = prototype::Prototype<&'a str>;
 
 struct Parser<'a, 'r, 'n> {
     reading: &'r mut Reading<'n>,
@@ -199,19 +190,13 @@ impl<'a, 'r, 'n> Parser<'a, 'r, 'n> {
         self.expand(prototype, own)
     }
 
-    fn expand(&mut self, prototype: &Prototype<'a>, mut own: Node) -> Result<Option<usize>, LoadError> {
-        let around = self.around.saturating_add(self.scopes.len());
-        let body = match &prototype.body {
-            Body::Here(body) => *body,
-            Body::There(source) => return external::instance(self.reading, source, own, around, self.work),
+    fn expand(&mut self, prototype: &Prototype<'a>, own: Node) -> Result<Option<usize>, LoadError> {
+        let begun = prototype.begin(own, self.reading, &mut self.scopes, (self.around, &mut *self.work))?;
+        let body = match begun {
+            ControlFlow::Continue(body) => body,
+            ControlFlow::Break(node) => return Ok(node),
         };
-        if !self.reading.may_use(&own.kind, around, *self.work) {
-            return Ok(None);
-        }
-        self.reading.add_defaults(&prototype.defaults, &mut own)?;
         *self.work = self.work.saturating_add(body.len());
-        self.scopes.push(Rc::new(own));
-        self.reading.open_names();
         let mut found = None;
         Xml::new(FORMAT, "", body).root(|xml, _| {
             xml.children(|xml, tag| {
@@ -221,8 +206,7 @@ impl<'a, 'r, 'n> Parser<'a, 'r, 'n> {
                 Ok(())
             })
         })?;
-        self.reading.close_names();
-        self.scopes.pop();
+        prototype::end(self.reading, &mut self.scopes);
         Ok(found)
     }
 }

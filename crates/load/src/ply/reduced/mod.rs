@@ -462,7 +462,8 @@ impl Reading {
     }
 }
 
-/// A linear colour of what [`store`] has left: fractions may be codes.
+/// A linear colour of what [`store`] has left: fractions may be codes, as those above 2 are.
 fn linear(color: [f32; 3], are_fractions: bool, are_codes: bool) -> [f32; 3] {
+    let are_codes = are_codes || color.iter().any(|&v| v > 2.0);
     if are_fractions { color.map(|v| settled(v, are_codes)) } else { color }
 }
