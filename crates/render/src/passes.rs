@@ -108,8 +108,8 @@ impl PassMemory {
             developer = None;
         }
         let mut planes = Planes::default();
-        // Of the linear light nothing is kept but what is seen through surfaces that refract, what is metered, and hashes. Planes of
-        // the G-buffer alone have none.
+        // Linear light is kept for what is seen through surfaces that refract, what is metered, and hashes; planes of the G-buffer
+        // alone have none.
         if (developer.is_none() && writer.is_none() && !only_planes)
             || kinds.contains(&PassKind::Backdrop)
             || options.stage_hashes

@@ -160,7 +160,7 @@ fn named_parameters(xml: &mut Xml<'_>) -> Result<Vec<usize>, LoadError> {
     let (mut named, mut count) = (Vec::new(), 0_usize);
     xml.children(|_, tag| {
         if tag.name() == "param" {
-            // Of more than have a meaning the first ones count.
+            // The first four count: no more have a meaning.
             if named.len() < 4 && tag.attribute("name").is_some_and(|name| !name.is_empty()) {
                 named.push(count);
             }

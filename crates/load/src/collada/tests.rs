@@ -192,7 +192,7 @@ fn images_are_found_wherever_documents_have_them() {
         ("<sampler2D><source>su</source>", "<sampler2D><instance_image url=' #i '/>".to_owned()),
         // The sampler without the end of its name.
         ("texture='sa'", "texture='s'".to_owned()),
-        // In the profile, the effect and the technique.
+        // Images of the profile, the effect and the technique.
         ("<profile_COMMON>", format!("<profile_COMMON>{image}")),
         ("<profile_COMMON>", format!("{image}<profile_COMMON>")),
         ("<technique sid='c'>", format!("<technique sid='c'>{image}")),

@@ -2,7 +2,8 @@
 //! compressed by LZF.
 //!
 //! `x y z`, `normal_x normal_y normal_z` and `rgb` or `rgba` (8 bits each in a word, which may be written as a float) are read, or the
-//! three parts of a colour in fields of their own, as PDAL writes them, and of the others the one that says most of a point where there are no colours. Points of the depth camera without a measure are NaN.
+//! three parts of a colour in fields of their own, as PDAL writes them, and of the others the one that says most of a point where
+//! there are no colours. Points of the depth camera without a measure are NaN.
 
 use super::{Scan, color_of_8, color_within, lzf, range_of};
 use crate::budget::Budget;

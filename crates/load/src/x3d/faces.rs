@@ -255,7 +255,7 @@ pub(super) fn build(
     let mut data = MeshData::default();
     let mut variants = Variants::new(values.positions.len(), SEARCHED);
     let mut triangulator = Triangulator::default();
-    let mut bad = 0_u64;
+    let (mut bad, mut uncolored) = (0_u64, 0_u64);
     let there = |&(v, _): &(u32, u32)| values.positions.get(v as usize).is_some_and(|&p| drawable(p));
     for (polygon, face) in polygons.iter().zip(0_u32..) {
         if polygon.len() < 3 || !polygon.iter().all(there) {
@@ -274,8 +274,8 @@ pub(super) fn build(
                     of(uvs, values.uvs.len()),
                 ];
                 let Some((number, is_new)) = variants.number(corner.0 as usize, key) else { return };
-                if is_new {
-                    push(&mut data, values, corner.0, key);
+                if is_new && !push(&mut data, values, corner.0, key) {
+                    uncolored = uncolored.saturating_add(1);
                 }
                 *slot = number;
             }
@@ -301,6 +301,10 @@ pub(super) fn build(
         let reason = "fewer than three corners, or vertices missing, not finite or beyond 1e15";
         warnings.add(|| format!("{FORMAT}: {faces} left out: {reason}"));
     }
+    if uncolored > 0 {
+        let corners = counted(uncolored, "corner");
+        warnings.add(|| format!("{FORMAT}: {corners} without a colour, where others have one: drawn white"));
+    }
     if triangulator.given_up > 0 {
         let polygons = counted(triangulator.given_up, "concave polygon");
         warnings.add(|| format!("{FORMAT}: {polygons} with too many corners may be drawn wrongly"));
@@ -308,21 +312,23 @@ pub(super) fn build(
     Ok(data)
 }
 
-/// Appends a vertex with its values.
-fn push(data: &mut MeshData, values: &Values, vertex: u32, [normal, color, uv]: [u32; 3]) {
+/// Appends a vertex with its values. False if others have colours and it has none.
+fn push(data: &mut MeshData, values: &Values, vertex: u32, [normal, color, uv]: [u32; 3]) -> bool {
     data.positions.push(values.positions.get(vertex as usize).copied().unwrap_or_default());
     if !values.normals.is_empty() {
         let sign = |n: [f32; 3]| if n.iter().all(|v| v.is_finite()) { n } else { [0.0; 3] };
         data.normals.push(values.normals.get(normal as usize).copied().map_or([0.0; 3], sign));
     }
+    let own = values.colors.get(color as usize);
     if !values.colors.is_empty() {
-        data.colors.push(values.colors.get(color as usize).copied().unwrap_or([1.0; 4]));
+        data.colors.push(own.copied().unwrap_or([1.0; 4]));
     }
     if !values.uvs.is_empty() {
         let known = |uv: [f32; 2]| if uv.iter().all(|v| v.is_finite()) { uv } else { [0.0; 2] };
         let [set, _] = &mut data.uvs;
         set.push(values.uvs.get(uv as usize).copied().map_or([0.0; 2], known));
     }
+    own.is_some() || values.colors.is_empty()
 }
 
 /// Coordinates of textures for a mesh without: the longest side of its box is as wide as the texture, the next one up

@@ -15,9 +15,9 @@ pub(super) struct Prototype<Place> {
 
 /// Nodes of a prototype.
 pub(super) enum Body<Place> {
-    /// In this file.
+    /// Place in this file.
     Here(Place),
-    /// In another one.
+    /// Prototype of another file.
     There(Source),
 }
 

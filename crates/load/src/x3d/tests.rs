@@ -207,6 +207,18 @@ fn surfaces_have_the_values_that_their_indices_say() {
 }
 
 #[test]
+fn corners_without_a_colour_are_white_and_named() {
+    let loaded = vrml(
+        "Shape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] }\n\
+         coordIndex [ 0 1 2 -1 0 2 3 -1 ] colorPerVertex FALSE colorIndex [ 0 ] color Color { color [ 1 0 0 ] } } }",
+    );
+    assert_eq!(warnings(&loaded), ["VRML: 3 corners without a colour, where others have one: drawn white"]);
+    let colors = loaded.scene.meshes()[0].colors();
+    assert_eq!(colors.iter().filter(|color| **color == [1.0; 4]).count(), 3);
+    assert_eq!(colors.iter().filter(|color| **color == [1.0, 0.0, 0.0, 1.0]).count(), 3);
+}
+
+#[test]
 fn shapes_face_outwards() {
     for shape in [
         "Box { }",
