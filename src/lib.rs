@@ -152,8 +152,8 @@ pub mod jobs {
 pub mod lab {
     #[doc(inline)]
     pub use overcoat_lab::lab::{
-        Base, Bench, Distance, LabError, Light, Measured, ModelError, OVERHEAD, Quantity, Referee, Row,
-        Slice, Specimen, Summary, Translation, Translator, luminance,
+        Base, Bench, CONFIDENCE_95, Distance, LabError, Light, Measured, ModelError, OVERHEAD, Progressive,
+        Quantity, Referee, Row, Slice, Specimen, StandardErrors, Summary, Translation, Translator, luminance,
     };
 }
 

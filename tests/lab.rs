@@ -3,7 +3,7 @@
 
 use overcoat::scene::ShadingModel;
 use overcoat_core::math::double::{cos, sin};
-use overcoat_lab::lab::{Bench, LabError, Light, Quantity, Referee, Slice, Specimen, Summary};
+use overcoat_lab::lab::{Bench, LabError, Light, ModelError, Quantity, Referee, Slice, Specimen, Summary};
 use overcoat_lab::truth::Samples;
 use std::f64::consts::PI;
 
@@ -91,6 +91,26 @@ fn threads_and_parts_change_no_bit() {
     }
 }
 
+/// A reading that grows, by whatever parts, is the one of as many samples, to the last bit; a part of a chunk can only end it.
+#[test]
+fn a_reading_that_is_refined_has_the_bits_of_one_run() {
+    let specimen = Specimen { coat: 0.6, extinction: [0.1, 0.5, 1.0], thickness: 1.0, ..Specimen::default() };
+    let referee = Referee::new(&specimen).unwrap();
+    for light in [Light::White, Light::Overhead, Light::Direct(20.0)] {
+        let mut reading = referee.progressive(35.0, light).unwrap();
+        assert_eq!((reading.walks(), reading.measured().mean()), (0, [0.0; 3]));
+        for count in [256, 768, 256, 2816, 100] {
+            reading.add(count).unwrap();
+            let whole = referee.radiance(35.0, light, &Samples::new(reading.walks())).unwrap();
+            assert_eq!(reading.measured(), whole, "{light:?} after {}", reading.walks());
+        }
+        assert!(matches!(reading.add(256), Err(LabError::Stack(_))), "{light:?}");
+        assert!(referee.progressive(35.0, light).unwrap().add(0).is_err());
+    }
+    assert!(referee.progressive(90.0, Light::White).is_err());
+    assert!(referee.progressive(0.0, Light::Direct(f64::NAN)).is_err());
+}
+
 #[test]
 fn slices_vary_what_they_say() {
     let slice = Slice {
@@ -141,6 +161,51 @@ fn the_summary_tells_models_apart() {
     assert!(random.iter().all(|specimen| Referee::new(specimen).is_ok()));
     let mean = |of: fn(&Specimen) -> f64| random.iter().map(of).sum::<f64>() / 60.0;
     assert!((mean(|s| s.coat_roughness) - 0.4).abs() < 0.05 && (mean(|s| s.color[1]) - 0.5).abs() < 0.06);
+}
+
+/// Standard errors by walks are the spread of independent seeds, and those by specimens know what a mean of twice as many is worth.
+#[test]
+fn standard_errors_of_summaries_are_the_spread_of_what_they_are_of() {
+    let models = [ShadingModel::Gltf, ShadingModel::StackLitD];
+    let specimens = [
+        Specimen { color: [0.18, 0.3, 0.6], coat_roughness: 0.3, ..Specimen::default() },
+        Specimen { metal: true, color: [0.9; 3], coat_roughness: 0.5, ..Specimen::default() },
+    ];
+    let mut bench = Bench::new(2);
+    let of = |bench: &mut Bench, specimens: &[Specimen], seed| {
+        let samples = Samples { seed, ..Samples::new(256) };
+        let found = Summary::measure(bench, &models, specimens, &samples, |_, _| {}).unwrap();
+        models.map(|model| *found.errors.iter().find(|error| error.model == model).unwrap())
+    };
+    let seeds: Vec<_> = (0..16).map(|seed| of(&mut bench, &specimens, seed)).collect();
+    for (k, model) in models.iter().enumerate() {
+        let numbers: [fn(&ModelError) -> [f64; 2]; 3] = [
+            |e| [e.bias, e.by_walks.bias],
+            |e| [e.white, e.by_walks.white],
+            |e| [e.direct, e.by_walks.direct],
+        ];
+        for (c, number) in numbers.into_iter().enumerate() {
+            let n = seeds.len() as f64;
+            let mean = |i: usize| seeds.iter().map(|seed| number(&seed[k])[i]).sum::<f64>() / n;
+            let square = |x: f64| x * x;
+            let variance =
+                seeds.iter().map(|seed| square(number(&seed[k])[0] - mean(0))).sum::<f64>() / (n - 1.0);
+            // Of 16 values the spread is known to 18 percent. Differences without sign spread less where they are as small as the noise.
+            let ratio = mean(1) / variance.sqrt();
+            println!("{model:?} {c}: {ratio}");
+            let most = if k == 1 && c > 0 { 3.0 } else { 1.6 };
+            assert!(ratio > 0.65 && ratio < most, "{model:?}, number {c}: {ratio}");
+        }
+    }
+    let once = of(&mut bench, &specimens, 0);
+    let twice = of(&mut bench, &[specimens, specimens].concat(), 0);
+    for (once, twice) in once.iter().zip(&twice) {
+        // (n - 1) n under the root: 2 for two specimens, 12 for four of twice the sum of squares.
+        assert!((once.white - twice.white).abs() < 1e-12);
+        let ratio = once.by_specimens.white / twice.by_specimens.white;
+        assert!((ratio - 3.0_f64.sqrt()).abs() < 1e-9, "{ratio}");
+    }
+    assert!(of(&mut bench, &specimens[..1], 0)[0].by_specimens.bias.is_infinite());
 }
 
 #[test]

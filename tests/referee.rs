@@ -2,4 +2,5 @@
 
 mod bases;
 mod lab;
+mod report;
 mod truth;

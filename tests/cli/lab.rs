@@ -62,10 +62,26 @@ fn the_summary_is_a_table_too() {
     assert!(text.starts_with("| model |") && text.contains("72 cases"), "{text}");
     assert!(text.find("| openpbr |") < text.find("| gltf |"), "the nearest comes first: {text}");
     assert!(text.contains("plastic: interface of index 1.5"), "{text}");
+    assert!(text.contains(" ± ") && text.contains("± intervals of 95 % by the noise of the walks"), "{text}");
     let args = ["--summary", "--base", "convention", "--json", "--samples", "256", "--models", "openpbr"];
     let output = overcoat(work.path(), &[&["lab"], &args[..]].concat());
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&json["base"], &json["cases"]), (&"convention".into(), &72.into()));
+    let model = &json["models"][0];
+    assert!(model["by_walks"]["white"].as_f64().unwrap() > 0.0 && model["by_specimens"].is_null(), "{json}");
+    // Of coats at random the choice of them matters; another seed is another series.
+    let random = |seed: &str| {
+        let args = "lab --summary --random 4 --json --samples 256 --models openpbr --seed";
+        let output = overcoat(work.path(), &args.split(' ').chain([seed]).collect::<Vec<_>>());
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["models"][0].clone()
+    };
+    let (first, other) = (random("0"), random("1"));
+    for number in ["white", "bias", "direct"] {
+        let [walks, coats] = ["by_walks", "by_specimens"].map(|kind| first[kind][number].as_f64().unwrap());
+        assert!(walks > 0.0 && coats > walks, "{first}");
+    }
+    assert_ne!(first["white"], other["white"]);
 }
 
 #[test]

@@ -1,8 +1,9 @@
-// Serves this folder to the same machine: node scripts/serve.mjs [PORT]. Nothing else is needed for the demo page.
+// Serves a folder, without one that of the package, to the same machine: node scripts/serve.mjs [PORT] [FOLDER]. Nothing else is needed
+// for the demo page.
 import { createReadStream } from "node:fs";
 import { stat } from "node:fs/promises";
 import { createServer } from "node:http";
-import { extname, join, normalize } from "node:path";
+import { extname, join, normalize, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const root = fileURLToPath(new URL("..", import.meta.url));
@@ -34,6 +35,7 @@ export async function serve(port = 0, folder = root) {
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
-  const { url } = await serve(Number(process.argv[2] ?? 8080));
-  console.log(`${url}/demo/`);
+  const folder = process.argv[3];
+  const { url } = await serve(Number(process.argv[2] ?? 8080), folder && resolve(folder));
+  console.log(folder ? `${url}/` : `${url}/demo/`);
 }

@@ -37,7 +37,8 @@ pub(crate) const DEFAULT_MODELS: &[ShadingModel] = &[
   overcoat lab --paint silver-metallic
 
 Values are radiance: under --light white the directional albedo, under light from one direction the BRDF times its cosine.
-The referee is a random walk through the layers; its column comes with its standard error.
+The referee is a random walk through the layers; its column comes with its standard error. Means of --summary come with intervals of
+95 percent confidence: of the grids by the noise of the walks, with --random by the choice of coats.
 
 Plastic has several truths, which --base names. lambert: a matt surface. interface: a matt surface of --color below a dielectric
 interface of --base-ior, which below a coat of the same index is none. seen: the same interface over what makes --color that
@@ -78,7 +79,7 @@ pub struct LabArgs {
 
     /// Tell the colours, flop, sparkle and graininess of a paint instead: a material file (.toml, .mtlx) or a built-in material
     #[arg(long, value_name = "FILE|BUILT-IN", value_parser = value_parsers::MaterialParser, hide_possible_values = true,
-          conflicts_with_all = ["over", "from", "to", "steps", "by", "output", "summary", "samples", "view", "light", "coat",
+          conflicts_with_all = ["over", "from", "to", "steps", "by", "output", "summary", "samples", "seed", "view", "light", "coat",
                                 "coat_roughness", "coat_ior", "thickness", "extinction", "base", "base_ior", "base_roughness", "metal", "color",
                                 "specular"])]
     pub paint: Option<MaterialChoice>,
@@ -98,6 +99,10 @@ pub struct LabArgs {
     /// Samples of the referee for each value, 256 to 16777216
     #[arg(long, value_name = "N", default_value_t = 4096, value_parser = value_parsers::within::<u32>(256, 1 << 24))]
     pub samples: u32,
+
+    /// Seed of the referee: another one is another, independent series of walks
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
 
     #[command(flatten)]
     #[allow(missing_docs, reason = "clap would take it for a heading of the help")]
@@ -219,6 +224,11 @@ impl LabArgs {
         all.iter().copied().filter(|model| !self.models.is_empty() || model.is_built()).collect()
     }
 
+    /// Walks of the referee for each value.
+    pub(super) fn samples(&self) -> Samples {
+        Samples { seed: self.seed, ..Samples::new(self.samples.into()) }
+    }
+
     /// Slice to be measured.
     pub(super) fn slice(&self) -> Slice {
         let [first, last] = self.over.range();
@@ -237,7 +247,7 @@ impl LabArgs {
             range: [self.from.unwrap_or(first), self.to.unwrap_or(last)],
             steps: self.steps as usize,
             models: self.models(),
-            samples: Samples::new(self.samples.into()),
+            samples: self.samples(),
         }
     }
 }

@@ -11,8 +11,9 @@ use super::output_file::{Encoded, check_file, is_standard_output};
 use super::progress::Progress;
 use super::report::{self, Reporter};
 use crate::failure::{self, Failure};
-use overcoat_lab::lab::{Base, Bench, Row, Slice, Specimen, Summary, luminance};
-use overcoat_lab::truth::Samples;
+use overcoat_lab::lab::{
+    Base, Bench, CONFIDENCE_95, Row, Slice, Specimen, StandardErrors, Summary, luminance,
+};
 use overcoat_scene::ShadingModel;
 use overcoat_worker::report::Versions;
 use serde::Serialize;
@@ -66,6 +67,26 @@ struct SummaryEntry {
     white: f64,
     direct: f64,
     worst: f64,
+    /// Half widths of intervals of 95 percent confidence, by the noise of the walks.
+    by_walks: Intervals,
+    /// The same by the choice of specimens, where that is a sample.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    by_specimens: Option<Intervals>,
+}
+
+#[derive(Debug, Serialize)]
+struct Intervals {
+    bias: f64,
+    white: f64,
+    direct: f64,
+}
+
+impl From<StandardErrors> for Intervals {
+    fn from(errors: StandardErrors) -> Self {
+        let [bias, white, direct] =
+            [errors.bias, errors.white, errors.direct].map(|error| CONFIDENCE_95 * error);
+        Self { bias, white, direct }
+    }
 }
 
 /// Output form of a slice.
@@ -225,7 +246,7 @@ fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), 
     for specimen in &mut specimens {
         (specimen.base, specimen.base_ior) = (base, base_ior);
     }
-    let samples = Samples::new(args.samples.into());
+    let samples = args.samples();
     let done = |done, of| progress.step("specimens", done as u32, of as u32);
     let found =
         Summary::measure(bench, &args.models(), &specimens, &samples, done).map_err(|e| failure::lab(&e))?;
@@ -237,6 +258,8 @@ fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), 
             white: e.white,
             direct: e.direct,
             worst: e.worst.0,
+            by_walks: e.by_walks.into(),
+            by_specimens: args.random.map(|_| e.by_specimens.into()),
         };
         let models = found.errors.iter().map(entry).collect();
         let Summary { cases, noise, .. } = found;
@@ -253,16 +276,24 @@ fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), 
         "| model | white light, mean error | with sign | largest | direct light |\n| --- | ---: | ---: | ---: | ---: |\n",
     );
     for error in &found.errors {
+        let errors = if args.random.is_some() { error.by_specimens } else { error.by_walks };
+        let interval = Intervals::from(errors);
         let [white, bias, worst, direct] =
             [error.white, error.bias, error.worst.0, error.direct].map(|x| 100.0 * x);
+        let [of_white, of_bias, of_direct] =
+            [interval.white, interval.bias, interval.direct].map(|x| 100.0 * x);
         let name = error.model.name();
-        let _ = writeln!(text, "| {name} | {white:.1} % | {bias:+.1} % | {worst:+.0} % | {direct:.1} % |");
+        let _ = writeln!(
+            text,
+            "| {name} | {white:.1} ± {of_white:.2} % | {bias:+.1} ± {of_bias:.2} % | {worst:+.0} % | {direct:.1} ± {of_direct:.2} % |"
+        );
     }
+    let chance = if args.random.is_some() { "choice of coats" } else { "noise of the walks" };
     let noise = 100.0 * found.noise;
     let plastic = described(base, base_ior);
     let _ = writeln!(
         text,
-        "\n{} cases; plastic: {plastic}; standard error of the referee {noise:.2} %",
+        "\n{} cases; plastic: {plastic}; standard error of the referee {noise:.2} %; ± intervals of 95 % by the {chance}",
         found.cases
     );
     report::print(&text)

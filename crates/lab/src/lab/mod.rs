@@ -37,19 +37,22 @@ mod bench;
 // Its output is files, which are the program's.
 pub mod conformance;
 mod paint;
+mod progressive;
 mod referee;
 mod slice;
 mod specimen;
 mod summary;
+mod summary_tally;
 mod translate;
 
 pub use base::Base;
 pub use bench::Bench;
 pub use paint::{ASPECULAR, PLATE, PaintColor, PaintMeasure, SPARKLE, Sparkle};
+pub use progressive::Progressive;
 pub use referee::{Measured, Referee};
 pub use slice::{Quantity, Row, Slice};
 pub use specimen::Specimen;
-pub use summary::{ModelError, Summary};
+pub use summary::{CONFIDENCE_95, ModelError, StandardErrors, Summary};
 pub use translate::{Distance, Goal, Translation, Translator, untextured};
 
 use crate::truth::StackError;

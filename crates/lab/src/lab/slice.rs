@@ -134,7 +134,7 @@ impl Slice {
     }
 
     fn row(&self, bench: &mut Bench, value: f64) -> Result<Row, LabError> {
-        let (specimen, view, light) = self.with(value)?;
+        let (specimen, view, light) = self.at(value)?;
         let models = self.models.iter().map(|&model| bench.radiance(&specimen, model, view, light));
         let models = models.collect::<Result<_, _>>()?;
         let found = Referee::new(&specimen)?.radiance_by(bench.jobs(), view, light, &self.samples)?;
@@ -147,12 +147,15 @@ impl Slice {
     /// # Errors
     /// [`LabError`] if that is the angle of light that comes from everywhere.
     pub fn varied(&self, quantity: Quantity, value: f64) -> Result<Self, LabError> {
-        let (specimen, view, light) = Self { over: quantity, ..self.clone() }.with(value)?;
+        let (specimen, view, light) = Self { over: quantity, ..self.clone() }.at(value)?;
         Ok(Self { specimen, view, light, ..self.clone() })
     }
 
-    /// Specimen, view and light at a value.
-    fn with(&self, value: f64) -> Result<(Specimen, f64, Light), LabError> {
+    /// Specimen, view and light at a value of what varies.
+    ///
+    /// # Errors
+    /// [`LabError`] if that is the angle of light that comes from everywhere.
+    pub fn at(&self, value: f64) -> Result<(Specimen, f64, Light), LabError> {
         let (mut specimen, mut view, mut light) = (self.specimen, self.view, self.light);
         match self.over {
             Quantity::View => view = value,

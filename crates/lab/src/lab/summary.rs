@@ -1,5 +1,6 @@
 //! A grid of specimens, and the errors of each model on it.
 
+use super::summary_tally::Tally;
 use super::{Bench, LabError, Light, Referee, Specimen, luminance};
 use crate::truth::Samples;
 use overcoat_scene::ShadingModel;
@@ -28,7 +29,26 @@ pub struct ModelError {
     pub direct: f64,
     /// The largest relative difference under white light, with its sign, and of which specimen and view.
     pub worst: (f64, Specimen, f64),
+    /// Standard errors of the three means by the noise of the referee's walks.
+    pub by_walks: StandardErrors,
+    /// The same by the choice of specimens, noise included, where these are a sample of more than themselves
+    /// ([`Summary::random`]): the spread of the specimens' means. Infinite of a single specimen.
+    pub by_specimens: StandardErrors,
 }
+
+/// Standard errors of the means of a [`ModelError`], in its units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StandardErrors {
+    /// Error of [`ModelError::bias`].
+    pub bias: f64,
+    /// Error of [`ModelError::white`].
+    pub white: f64,
+    /// Error of [`ModelError::direct`].
+    pub direct: f64,
+}
+
+/// Half the width of an interval of 95 percent confidence, in standard errors of a mean (normal law).
+pub const CONFIDENCE_95: f64 = 1.959_963_984_540_054;
 
 /// Errors of models over a grid of specimens.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,10 +62,10 @@ pub struct Summary {
 }
 
 /// Values of models and referee for one specimen and view under one light.
-struct Case {
-    models: Vec<f64>,
-    truth: f64,
-    error: f64,
+pub(super) struct Case {
+    pub models: Vec<f64>,
+    pub truth: f64,
+    pub error: f64,
 }
 
 impl Summary {
@@ -103,45 +123,35 @@ impl Summary {
         samples: &Samples,
         mut done: impl FnMut(usize, usize),
     ) -> Result<Self, LabError> {
-        let mut sums = vec![[0.0; 3]; models.len()];
-        let mut worst = vec![(0.0_f64, Specimen::default(), 0.0); models.len()];
+        let mut tallies = vec![Tally::default(); models.len()];
         let (mut noise, mut cases) = (0.0, 0);
         for specimen in specimens {
             let referee = Referee::new(specimen)?;
             for view in VIEWS {
                 let white = case(bench, &referee, models, (specimen, view, Light::White), samples)?;
                 noise += white.error / white.truth;
-                let mut direct = vec![(0.0, 0.0); models.len()];
+                let mut direct = Vec::new();
                 for light in LIGHTS.into_iter().chain([view - BESIDE_MIRROR]) {
-                    let lit = case(bench, &referee, models, (specimen, view, Light::Direct(light)), samples)?;
-                    for (sum, shown) in direct.iter_mut().zip(&lit.models) {
-                        *sum = (sum.0 + (shown - lit.truth).abs(), sum.1 + lit.truth);
-                    }
+                    direct.push(case(
+                        bench,
+                        &referee,
+                        models,
+                        (specimen, view, Light::Direct(light)),
+                        samples,
+                    )?);
                 }
-                for (k, shown) in white.models.iter().enumerate() {
-                    let off = shown / white.truth - 1.0;
-                    sums[k][0] += off;
-                    sums[k][1] += off.abs();
-                    sums[k][2] += direct[k].0 / direct[k].1;
-                    if off.abs() > worst[k].0.abs() {
-                        worst[k] = (off, *specimen, view);
-                    }
+                for (k, tally) in tallies.iter_mut().enumerate() {
+                    tally.add(k, &white, &direct, (specimen, view));
                 }
                 cases += 1;
                 done(cases, specimens.len() * VIEWS.len());
             }
+            tallies.iter_mut().for_each(Tally::end_specimen);
         }
-        let share = 1.0 / cases as f64;
-        let error = |((&model, [bias, white, direct]), worst): ((&ShadingModel, &[f64; 3]), &_)| ModelError {
-            model,
-            bias: bias * share,
-            white: white * share,
-            direct: direct * share,
-            worst: *worst,
-        };
-        let mut errors: Vec<ModelError> = models.iter().zip(&sums).zip(&worst).map(error).collect();
+        let errors = models.iter().zip(&tallies).map(|(&model, tally)| tally.error(model));
+        let mut errors: Vec<ModelError> = errors.collect();
         errors.sort_by(|a, b| a.white.total_cmp(&b.white));
-        Ok(Self { cases, errors, noise: noise * share })
+        Ok(Self { cases, errors, noise: noise / cases as f64 })
     }
 }
 
