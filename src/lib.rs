@@ -152,8 +152,9 @@ pub mod jobs {
 pub mod lab {
     #[doc(inline)]
     pub use overcoat_lab::lab::{
-        Base, Bench, Distance, LabError, Light, Measured, ModelError, OVERHEAD, Quantity, Referee, Row,
-        Slice, Specimen, Summary, Translation, Translator, luminance,
+        Base, Bench, Distance, Fit, LabError, Light, Measured, MeasuredBrdf, MeasuredError, ModelError,
+        OVERHEAD, Quantity, Referee, Residual, Row, Slice, Specimen, Summary, Translation, Translator,
+        luminance,
     };
 }
 
