@@ -152,8 +152,9 @@ pub mod jobs {
 pub mod lab {
     #[doc(inline)]
     pub use overcoat_lab::lab::{
-        Base, Bench, CONFIDENCE_95, Distance, LabError, Light, Measured, ModelError, OVERHEAD, Progressive,
-        Quantity, Referee, Row, Slice, Specimen, StandardErrors, Summary, Translation, Translator, luminance,
+        Base, Bench, CONFIDENCE_95, Distance, Fit, LabError, Light, Measured, MeasuredBrdf, MeasuredError,
+        ModelError, OVERHEAD, Progressive, Quantity, Referee, Residual, Row, Slice, Specimen, StandardErrors,
+        Summary, Translation, Translator, luminance,
     };
 }
 

@@ -295,7 +295,8 @@ fn tests_that_are_to_be_run_exist() {
 
 /// Names of the test binaries of the packages whose tests are in `tests/`.
 fn test_binaries() -> Vec<String> {
-    let manifests = ["Cargo.toml", "crates/cli/Cargo.toml", "crates/shading/Cargo.toml"];
+    let manifests =
+        ["Cargo.toml", "crates/cli/Cargo.toml", "crates/lab/Cargo.toml", "crates/shading/Cargo.toml"];
     let tables = manifests.map(|path| read(path).parse::<toml::Table>().unwrap());
     let tests = tables.iter().flat_map(|manifest| manifest["test"].as_array().unwrap());
     tests.map(|test| test["name"].as_str().unwrap().to_owned()).collect()

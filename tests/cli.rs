@@ -26,6 +26,8 @@ mod json;
 mod lab;
 #[path = "cli/materials.rs"]
 mod materials;
+#[path = "cli/measured.rs"]
+mod measured;
 #[path = "cli/mistakes.rs"]
 mod mistakes;
 #[path = "cli/nothing_to_see.rs"]

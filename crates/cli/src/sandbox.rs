@@ -201,8 +201,7 @@ fn reads(command: &Command, mut description: Description, grants: &mut Grants) {
         // To find out whether the folder is empty.
         Command::Conformance(args) => grants.read_folders.push(args.folder.clone()),
         Command::Lab(args) => {
-            let path = args.paint.as_ref().and_then(|choice| choice.source.file());
-            path.into_iter().for_each(|path| read_model(path, grants));
+            args.inputs().for_each(|path| read_model(path, grants));
         }
         Command::Translate(args) => {
             args.inputs().for_each(|path| read_model(path, grants));

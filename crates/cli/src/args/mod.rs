@@ -198,6 +198,8 @@ mod tests {
             "lab -o x.svg --over light --from -1 --to 1 --steps 2 --by coat --models three --samples 256 --view 1 --light -1",
             "lab --coat 1 --coat-roughness 1 --coat-ior 1 --thickness 1 --extinction 1,1,1 --base-roughness 1 --metal",
             "lab --summary --random 3",
+            "lab --measured x.bsdf --material candy-red --over light --view 1 --steps 2 --json",
+            "translate x.binary --to three -o x.toml --picture y.png --force --json --quiet",
             "conformance x --size 32 --samples 32 --seed 1 --scenes furnace,matt-lamp --models three --threads 1 --json --quiet",
             "lab --summary --all --color 1,1,1 --specular 1 --json --quiet --threads 1",
             "render x -o - --output-format webp",

@@ -2,6 +2,7 @@
 
 use crate::args::{ReportArgs, ThreadArgs};
 use crate::failure::Failure;
+use crate::translate::is_measured;
 use crate::value_parsers;
 use clap::Args;
 use overcoat_core::suggest::suggestion;
@@ -9,7 +10,7 @@ use overcoat_description::MaterialChoice;
 use overcoat_lab::lab::{Base, Light, Quantity, Slice, Specimen};
 use overcoat_lab::truth::Samples;
 use overcoat_scene::ShadingModel;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// One model of each engine, and those of the house.
 pub(crate) const DEFAULT_MODELS: &[ShadingModel] = &[
@@ -35,6 +36,7 @@ pub(crate) const DEFAULT_MODELS: &[ShadingModel] = &[
   overcoat lab --summary
   overcoat lab --summary --base convention
   overcoat lab --paint silver-metallic
+  overcoat lab --measured gold.binary --material gold.toml --over light -o lobes.svg
 
 Values are radiance: under --light white the directional albedo, under light from one direction the BRDF times its cosine.
 The referee is a random walk through the layers; its column comes with its standard error. Means of --summary come with intervals of
@@ -47,7 +49,10 @@ which one sees without a coat. convention: a layer of F0 0.04 that bends no ligh
 With --paint light falls at 45 degrees, and colours are L*a*b* (D65) at aspecular angles of 15 to 110 degrees; the flop index is
 Alman's. Sparkle is counted on a plate of 25.6 mm in pixels of 0.1 mm, seen from above: the share of pixels at least twice as bright
 as the mean under one lamp, their mean brightness over the plate's, and both multiplied. Graininess is standard deviation over
-mean under the soft box of --light overhead. Neither is what an instrument shows.")]
+mean under the soft box of --light overhead. Neither is what an instrument shows.
+
+With --measured the BRDF of a file takes the place of the referee (MERL's .binary, the RGL's _rgb.bsdf), and materials that
+of the specimen: as overcoat translate finds them, for example.")]
 pub struct LabArgs {
     /// Plot to write (.svg), or table (.csv), or - for a table as .csv on standard output [default: a table to read]
     #[arg(short, long, value_name = "OUT")]
@@ -83,6 +88,17 @@ pub struct LabArgs {
                                 "coat_roughness", "coat_ior", "thickness", "extinction", "base", "base_ior", "base_roughness", "metal", "color",
                                 "specular"])]
     pub paint: Option<MaterialChoice>,
+
+    /// Compare a measured BRDF (.binary, .bsdf) with materials instead, over view or light
+    #[arg(long, value_name = "FILE", value_parser = measured,
+          conflicts_with_all = ["by", "summary", "paint", "models", "samples", "coat", "coat_roughness", "coat_ior", "thickness",
+                                "extinction", "base", "base_ior", "base_roughness", "metal", "color", "specular"])]
+    pub measured: Option<PathBuf>,
+
+    /// With --measured: a material beside it, by its own model: a material file (.toml, .mtlx) or a built-in material (repeatable)
+    #[arg(long, value_name = "FILE|BUILT-IN", value_parser = value_parsers::MaterialParser, hide_possible_values = true,
+          requires = "measured")]
+    pub material: Vec<MaterialChoice>,
 
     /// With --summary: also coats that absorb or have another index, which not every engine knows
     #[arg(long, requires = "summary")]
@@ -201,6 +217,12 @@ impl SpecimenArgs {
 }
 
 impl LabArgs {
+    /// The files that are read.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        let materials = self.paint.iter().chain(&self.material).filter_map(|choice| choice.source.file());
+        materials.chain(self.measured.as_deref())
+    }
+
     /// Refuses an index for a base that has none.
     ///
     /// # Errors
@@ -250,6 +272,12 @@ impl LabArgs {
             samples: self.samples(),
         }
     }
+}
+
+fn measured(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let expected = "expected a measured BRDF: a .binary or .bsdf file".to_owned();
+    if is_measured(&path) { Ok(path) } else { Err(expected) }
 }
 
 fn quantity(text: &str) -> Result<Quantity, String> {

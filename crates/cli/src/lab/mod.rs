@@ -1,6 +1,8 @@
-//! `overcoat lab`: coats of engines beside a random walk through their layers, as tables and plots; and paints in numbers.
+//! `overcoat lab`: coats of engines beside a random walk through their layers, as tables and plots; paints in numbers; and measured
+//! BRDFs beside materials.
 
 mod args;
+mod measured;
 mod paint;
 mod plot;
 
@@ -17,6 +19,7 @@ use overcoat_lab::lab::{
 use overcoat_scene::ShadingModel;
 use overcoat_worker::report::Versions;
 use serde::Serialize;
+use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -108,6 +111,9 @@ pub fn run(args: &LabArgs) -> Result<(), Failure> {
     if let Some(choice) = &args.paint {
         return paint::run(args, &choice.source, &mut bench, progress);
     }
+    if let Some(path) = &args.measured {
+        return measured::run(args, path, &mut bench, progress);
+    }
     args.check()?;
     if args.summary {
         return summary(args, &mut bench, progress);
@@ -144,6 +150,11 @@ pub fn run(args: &LabArgs) -> Result<(), Failure> {
         }
     };
     drop(progress);
+    put(args, text)
+}
+
+/// Writes a table or a plot, or prints it.
+fn put(args: &LabArgs, text: Result<String, Box<dyn Error>>) -> Result<(), Failure> {
     let text = text.map_err(|error| Failure::failed(format!("the plot cannot be drawn: {error}")))?;
     match &args.output {
         Some(path) if !is_standard_output(path) => Encoded::new(path.clone(), text.into_bytes()).write(),

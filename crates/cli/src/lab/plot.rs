@@ -72,15 +72,25 @@ fn caption(slice: &Slice) -> String {
 
 /// A slice: curves, or lobes where the angle of the light varies.
 pub(super) fn slice(slice: &Slice, rows: &[Row]) -> Result<String, Box<dyn Error>> {
+    named_slice(&caption(slice), "referee", slice, rows)
+}
+
+/// The same with a caption, and a name of what the models are beside.
+pub(super) fn named_slice(
+    caption: &str,
+    truth: &'static str,
+    slice: &Slice,
+    rows: &[Row],
+) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
-        let root = root.titled(&caption(slice), (FONT, 20))?;
+        let root = root.titled(caption, (FONT, 20))?;
         if slice.over == Quantity::Light {
-            lobes(&root, slice, rows)?
+            lobes(&root, truth, slice, rows)?
         } else {
-            curves(&root, slice, rows)?
+            curves(&root, truth, slice, rows)?
         }
         root.present()?;
     }
@@ -89,26 +99,27 @@ pub(super) fn slice(slice: &Slice, rows: &[Row]) -> Result<String, Box<dyn Error
 
 /// Name, colour and points of every model, then the referee's.
 fn series<'a>(
+    truth: &'static str,
     slice: &'a Slice,
     rows: &'a [Row],
 ) -> impl Iterator<Item = (&'static str, RGBColor, u32, Vec<(f64, f64)>)> + 'a {
     let of = |k: usize| rows.iter().map(move |row| (row.value, luminance(row.models[k]))).collect();
     let models = names(&slice.models).enumerate();
     let models = models.map(move |(k, name)| (name, COLORS[k % COLORS.len()], 2, of(k)));
-    let truth = rows.iter().map(|row| (row.value, luminance(row.truth))).collect();
-    models.chain([("referee", BLACK, 3, truth)])
+    let points = rows.iter().map(|row| (row.value, luminance(row.truth))).collect();
+    models.chain([(truth, BLACK, 3, points)])
 }
 
 /// The largest value that a plot has room for: that of all, but no more than twice the referee's, so that a model that is far off
 /// leaves something to see of the others. Its curve is cut off.
 fn most(slice: &Slice, rows: &[Row]) -> f64 {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(1e-6, |a, b| if b > a { b } else { a });
-    let all = largest(&mut series(slice, rows).flat_map(|(_, _, _, points)| points).map(|p| p.1));
+    let all = largest(&mut series("", slice, rows).flat_map(|(_, _, _, points)| points).map(|p| p.1));
     let truth = 2.0 * largest(&mut rows.iter().map(|row| luminance(row.truth)));
     if all < truth { all } else { truth }
 }
 
-fn curves(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Error>> {
+fn curves(root: &Area<'_>, truth: &'static str, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Error>> {
     let [first, last] = slice.range;
     let most = 1.08 * most(slice, rows);
     let mut chart = ChartBuilder::on(root)
@@ -135,17 +146,18 @@ fn curves(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Er
         |sign: f64| move |row: &Row| (row.value, luminance(row.truth) + sign * 2.0 * luminance(row.error));
     let band: Vec<(f64, f64)> = rows.iter().map(edge(1.0)).chain(rows.iter().rev().map(edge(-1.0))).collect();
     chart.draw_series([Polygon::new(band, BLACK.mix(0.15))])?;
-    lines(&mut chart, slice, rows, |(value, shown)| (value, if shown < most { shown } else { most }))
+    lines(&mut chart, truth, slice, rows, |(value, shown)| (value, if shown < most { shown } else { most }))
 }
 
 /// The lines of all models and the referee's, each point put where `place` says, and what they are called.
 fn lines<'a>(
     chart: &mut Chart<'a, 'a>,
+    truth: &'static str,
     slice: &Slice,
     rows: &[Row],
     place: impl Fn((f64, f64)) -> (f64, f64),
 ) -> Result<(), Box<dyn Error>> {
-    for (name, color, width, points) in series(slice, rows) {
+    for (name, color, width, points) in series(truth, slice, rows) {
         chart
             .draw_series(LineSeries::new(points.into_iter().map(&place), color.stroke_width(width)))?
             .label(name)
@@ -168,7 +180,7 @@ fn polar((degrees, radius): (f64, f64)) -> (f64, f64) {
     (radius * sin, radius * cos)
 }
 
-fn lobes(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Error>> {
+fn lobes(root: &Area<'_>, truth: &'static str, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Error>> {
     let most = 1.05 * most(slice, rows);
     let cut = |(degrees, radius): (f64, f64)| polar((degrees, if radius < most { radius } else { most }));
     let mut chart =
@@ -197,7 +209,7 @@ fn lobes(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Err
         .draw_series(DashedLineSeries::new([(0.0, 0.0), view], 6, 4, BLACK.stroke_width(1)))?
         .label("view")
         .legend(|(x, y)| PathElement::new([(x, y), (x + 7, y)], BLACK));
-    lines(&mut chart, slice, rows, cut)
+    lines(&mut chart, truth, slice, rows, cut)
 }
 
 /// Signed relative errors of each model over two quantities, a map beside the other.

@@ -1,6 +1,7 @@
-//! `overcoat translate`: a material for another engine, as a material file or in a copy of a glTF file, with what is left of the
-//! difference.
+//! `overcoat translate`: a material for another engine, or for a measured BRDF, as a material file or in a copy of a glTF file, with
+//! what is left of the difference.
 
+pub(crate) mod measured;
 mod model;
 mod seen;
 
@@ -46,6 +47,7 @@ const PARTS: [(&str, &str); 2] =
   overcoat translate paint.toml --to openpbr -o new.mtlx --picture both.png
   overcoat translate paint.toml --to gltf --into car.glb --material body -o painted.glb
   overcoat translate car.glb --from three --to gltf -o copy.glb
+  overcoat translate gold-metallic-paint.binary --to filament -o gold.toml
 
 Finds the parameters of --to whose surfaces look most like those of --from: least squares of lightness over five views, under
 white light and light from one direction. What the other engine or the file has no place for (flakes, films, orange peel) is
@@ -59,9 +61,14 @@ written, unless --force is given.
 With --into the material takes the place of one of a glTF file, in a copy; normal maps and occlusion of the file stay, other
 textures of that material go. A glTF file in place of the material: each of its materials with a clear coat is translated in a
 copy, and its textures stay. Nothing else of a copy is changed. It refers to the same files, so that it goes beside the
-original where there are any.")]
+original where there are any.
+
+A measured BRDF in place of the material: a file of MERL (.binary) or one of the RGL in red, green and blue (_rgb.bsdf). Without a
+material that says which features it has, plain surfaces, a clear coat, sheen and a film are tried, and more features are taken
+where they pay. FLIP is on a sphere under white light and three lamps. Errors of radiance are told at angles between those
+of the fit: root mean square, and relative to all measured light.")]
 pub struct TranslateArgs {
-    /// Material file (.toml, .mtlx), the name of a built-in material, or a glTF file (.glb, .gltf)
+    /// Material file (.toml, .mtlx), the name of a built-in material, a glTF file (.glb, .gltf), or a measured BRDF (.binary, .bsdf)
     #[arg(value_name = "MATERIAL", value_parser = subject_parser())]
     pub subject: Subject,
 
@@ -108,6 +115,8 @@ pub enum Subject {
     Material(MaterialChoice),
     /// Materials of a glTF file.
     Model(PathBuf),
+    /// A measured BRDF.
+    Measured(PathBuf),
 }
 
 impl TranslateArgs {
@@ -115,7 +124,7 @@ impl TranslateArgs {
     pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
         let subject = match &self.subject {
             Subject::Material(choice) => choice.source.file(),
-            Subject::Model(path) => Some(path.as_path()),
+            Subject::Model(path) | Subject::Measured(path) => Some(path.as_path()),
         };
         subject.into_iter().chain(self.into.as_deref())
     }
@@ -125,10 +134,17 @@ fn subject_parser() -> impl TypedValueParser<Value = Subject> {
     OsStringValueParser::new().try_map(|text: OsString| {
         if is_model(Path::new(&text)) {
             file_or_uri(&text).map(Subject::Model)
+        } else if is_measured(Path::new(&text)) {
+            file_or_uri(&text).map(Subject::Measured)
         } else {
             value_parsers::material(text).map(Subject::Material)
         }
     })
+}
+
+/// True of names of measured BRDFs.
+pub(crate) fn is_measured(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("binary") || e.eq_ignore_ascii_case("bsdf"))
 }
 
 fn model_parser() -> impl TypedValueParser<Value = PathBuf> {
@@ -155,6 +171,9 @@ struct Report {
     after: Option<Difference>,
     /// FLIP between the material and what was written.
     flip: Flip,
+    /// Errors of radiance of a fit to a measured BRDF.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    residual: Option<measured::Residuals>,
     /// Materials in the copy of a glTF file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<Written>,
@@ -213,6 +232,7 @@ pub fn run(args: &TranslateArgs) -> Result<(), Failure> {
     match &args.subject {
         Subject::Material(choice) => material(args, choice, &limits),
         Subject::Model(path) => tuned(args, path, &limits),
+        Subject::Measured(path) => measured::run(args, path, &limits),
     }
 }
 
@@ -229,7 +249,7 @@ fn tuned(args: &TranslateArgs, source: &Path, limits: &Limits) -> Result<(), Fai
     let mut copy = ModelCopy::open(args, source, &[], &args.material, limits, true)?;
     let from = args.from.unwrap_or_default();
     let models = [from, args.to];
-    check_built(from, args.to)?;
+    check_built(Some(from), args.to)?;
     let mut renderer = Renderer::new(args.workers.count());
     let resolver = resolver_beside(source);
     let jobs = Jobs::new(args.workers.count());
@@ -269,7 +289,7 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
     let material = &scene.materials()[0];
     let from = material.shading(args.from);
     let models = [from, args.to];
-    check_built(from, args.to)?;
+    check_built(Some(from), args.to)?;
     let goal = match copy {
         Some(_) => goal_in_a_file(args.to, OwnTextures::Replaced),
         None => Goal::of_a_file(args.to),
@@ -303,15 +323,8 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
     let jobs = Jobs::new(args.workers.count());
     let context = Context { resolver: resolver.as_ref(), limits, jobs: &jobs };
     // Numbers and textures are those of the file that is written; the report in its first line is no part of them.
-    let mut made =
-        reread(&written(&found, &goal, file.text(), models, source, Flip::new(0.0, None)), &context)?;
-    let mut materialx = None;
-    if args.output.as_deref().is_some_and(is_materialx) {
-        let (document, lost) = made.to_materialx();
-        warnings.extend(lost.iter().map(ToString::to_string));
-        made = reread(&document, &context)?;
-        materialx = Some(document);
-    }
+    let toml = written(&found, &goal, file.text(), models, source, Flip::new(0.0, None));
+    let (made, materialx) = as_read(args, &toml, &context, &mut warnings)?;
     let spheres = [seen::sphere_of_file(&file, from, limits)?, seen::sphere_of_file(&made, args.to, limits)?];
     let flip = Flip::new(seen::between_spheres(spheres, &mut renderer, limits)?, None);
     flip.check(&what, &goal.lacks(material), args.force)?;
@@ -320,29 +333,52 @@ fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> R
         balls(args, picture, [(&file, from), (&made, args.to)], limits, &mut renderer)?;
     }
     drop(progress);
-    let reporter = Reporter { quiet: args.report.quiet };
-    warnings.iter().for_each(|warning| reporter.warning(warning));
-    if let Some(output) = args.output.as_ref().filter(|path| !is_standard_output(path)) {
-        Encoded::new(output.clone(), materialx.unwrap_or_else(|| toml.clone()).into_bytes()).write()?;
-    }
     let [before, after] = [found.before, found.after].map(Difference::from);
+    let report = Report {
+        from: from.name(),
+        to: args.to.name(),
+        material: Some(toml),
+        before: Some(before),
+        after: Some(after),
+        flip,
+        residual: None,
+        materials: Vec::new(),
+        warnings,
+        versions: Versions::default(),
+    };
+    put(args, materialx, &(told(&before, &after) + &flip.told()), &report)
+}
+
+/// A material file as it is read, and the text of the MaterialX document that it becomes where the output is one.
+fn as_read(
+    args: &TranslateArgs,
+    toml: &str,
+    context: &Context<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<(MaterialFile, Option<String>), Failure> {
+    let made = reread(toml, context)?;
+    if !args.output.as_deref().is_some_and(is_materialx) {
+        return Ok((made, None));
+    }
+    let (document, lost) = made.to_materialx();
+    warnings.extend(lost.iter().map(ToString::to_string));
+    Ok((reread(&document, context)?, Some(document)))
+}
+
+/// Writes the material of a report, and says how far it is off: as JSON, in words beside the file, or in the file that is printed.
+fn put(args: &TranslateArgs, materialx: Option<String>, told: &str, report: &Report) -> Result<(), Failure> {
+    let reporter = Reporter { quiet: args.report.quiet };
+    report.warnings.iter().for_each(|warning| reporter.warning(warning));
+    let toml = report.material.as_deref().unwrap_or_default();
+    let file = args.output.as_ref().filter(|path| !is_standard_output(path));
+    if let Some(output) = file {
+        let text = materialx.unwrap_or_else(|| toml.to_owned());
+        Encoded::new(output.clone(), text.into_bytes()).write()?;
+    }
     if args.report.json {
-        return report::print_json(&Report {
-            from: from.name(),
-            to: args.to.name(),
-            material: Some(toml),
-            before: Some(before),
-            after: Some(after),
-            flip,
-            materials: Vec::new(),
-            warnings,
-            versions: Versions::default(),
-        });
+        return report::print_json(report);
     }
-    match &args.output {
-        Some(path) if !is_standard_output(path) => report::print(&(told(&before, &after) + &flip.told())),
-        _ => report::print(&toml),
-    }
+    report::print(if file.is_some() { told } else { toml })
 }
 
 /// True of the name of a MaterialX document.
@@ -383,6 +419,7 @@ fn finish(
             before: found.as_ref().map(|found| found.before.into()),
             after: found.as_ref().map(|found| found.after.into()),
             flip,
+            residual: None,
             materials: copy.written,
             warnings: copy.warnings,
             versions: Versions::default(),
@@ -391,8 +428,8 @@ fn finish(
     if to_standard_output { Ok(()) } else { report::print(&(copy.told() + &flip.of_the_file())) }
 }
 
-fn check_built(from: ShadingModel, to: ShadingModel) -> Result<(), Failure> {
-    for (model, whose) in [(from, "of --from"), (to, "of --to")] {
+fn check_built(from: Option<ShadingModel>, to: ShadingModel) -> Result<(), Failure> {
+    for (model, whose) in from.map(|model| (model, "of --from")).into_iter().chain([(to, "of --to")]) {
         if !model.is_built() {
             return Err(Failure::usage(format!(
                 "the model {whose} is not in this program: {}",
@@ -469,15 +506,21 @@ fn written(
     if source.file().is_none() && slots().any(|(_, slot)| slot.get(&found.material).is_some()) {
         text += "# Its textures are in assets/materials of the sources.\n";
     }
+    text + &keys(&found.material, goal, &table)
+}
+
+/// The keys of a material file: numbers that are not the default, what else there is as the table of another one names it.
+fn keys(material: &Material, goal: &Goal<'_>, table: &toml::Table) -> String {
+    let mut text = String::new();
     let mut put = |key: &str, value: &toml::Value| {
         let _ = writeln!(text, "{key} = {value}");
     };
     if let Some(description) = table.get("description").and_then(|value| value.as_str()) {
         put("description", &toml::Value::from(description));
     }
-    put("model", &toml::Value::from(to.name()));
+    put("model", &toml::Value::from(goal.model.name()));
     let default = Material::default();
-    for parameter in PARAMETERS.iter().filter(|p| p.is_in(&found.material) && p.name != "model") {
+    for parameter in PARAMETERS.iter().filter(|p| p.is_in(material) && p.name != "model") {
         match parameter.kind {
             // Also what is switched or named, which no number says.
             Kind::Texture(_) | Kind::Switch(_) | Kind::Name { .. } if (goal.holds)(parameter) => {
@@ -490,7 +533,7 @@ fn written(
             }
             Kind::Texture(_) | Kind::Switch(_) | Kind::Name { .. } => {}
             _ => {
-                let (numbers, plain) = (parameter.numbers(&found.material), parameter.numbers(&default));
+                let (numbers, plain) = (parameter.numbers(material), parameter.numbers(&default));
                 if numbers != plain {
                     let numbers = if parameter.name == "anisotropy_rotation" {
                         // Files have degrees.

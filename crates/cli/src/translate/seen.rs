@@ -3,7 +3,7 @@
 use crate::ball;
 use crate::failure::Failure;
 use overcoat_core::color::srgb::{SRGB8_TO_LINEAR, srgb_to_linear};
-use overcoat_core::frame::DisplayImage;
+use overcoat_core::frame::{DisplayImage, DisplayOptions, Frame};
 use overcoat_core::limits::Limits;
 use overcoat_description::{Description, Machine};
 use overcoat_golden::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, LinearImage, flip};
@@ -160,6 +160,13 @@ pub(super) fn between_files(
     let description = Description { size: Some([SIDE; 2]), ..Description::default() };
     let [a, b] = scenes.map(|loaded| picture(loaded, &description, renderer, limits));
     Ok(difference(&a?, &b?))
+}
+
+/// Pictures of two frames of a sphere, and FLIP between them.
+pub(super) fn between_frames(frames: &[Frame; 2]) -> ([DisplayImage; 2], f64) {
+    let [a, b] = frames.each_ref().map(|frame| DisplayImage::new(frame, &DisplayOptions::default()));
+    let off = difference(&a, &b).unwrap_or(0.0);
+    ([a, b], off)
 }
 
 fn picture(

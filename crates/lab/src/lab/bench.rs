@@ -44,6 +44,16 @@ impl Bench {
         self.renderer.jobs()
     }
 
+    /// Radiance 1 from everywhere, filtered once.
+    pub(super) fn white(&self) -> &EnvironmentSource {
+        &self.white
+    }
+
+    /// Renderer that has it.
+    pub(super) fn renderer(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
+
     /// Radiance of a specimen as a model shades it, `view` degrees off the normal, linear.
     ///
     /// # Errors

@@ -5,7 +5,8 @@
 //! one pixel, so that pictures are measured; [`Referee`] follows light through the same layers ([`crate::truth`]). A
 //! [`Slice`] varies one quantity, a [`Summary`] measures the error of each model over a grid of specimens; a
 //! [`Translator`] finds the parameters of one model whose pictures are nearest to another's; a [`PaintMeasure`] has colours, flop and sparkle of
-//! effect paint.
+//! effect paint. A [`MeasuredBrdf`] is what others have measured on a real material, and [`Translator::fit`] finds the parameters of a
+//! model for it.
 //!
 //! ```
 //! # mod overcoat { pub use {overcoat_lab::{lab, truth}, overcoat_scene as scene}; }
@@ -36,6 +37,7 @@ mod base;
 mod bench;
 // Its output is files, which are the program's.
 pub mod conformance;
+mod measured;
 mod paint;
 mod progressive;
 mod referee;
@@ -47,13 +49,14 @@ mod translate;
 
 pub use base::Base;
 pub use bench::Bench;
+pub use measured::{MeasuredBrdf, MeasuredError};
 pub use paint::{ASPECULAR, PLATE, PaintColor, PaintMeasure, SPARKLE, Sparkle};
 pub use progressive::Progressive;
 pub use referee::{Measured, Referee};
 pub use slice::{Quantity, Row, Slice};
 pub use specimen::Specimen;
 pub use summary::{CONFIDENCE_95, ModelError, StandardErrors, Summary};
-pub use translate::{Distance, Goal, Translation, Translator, untextured};
+pub use translate::{Distance, Fit, Goal, Residual, Translation, Translator, untextured};
 
 use crate::truth::StackError;
 use overcoat_render::RenderError;

@@ -46,6 +46,13 @@ pub(super) struct Measure {
     pub(super) part: usize,
 }
 
+impl Measure {
+    /// True of those at the edge of the soft box.
+    pub(super) fn is_edge(&self) -> bool {
+        self.light == Light::Overhead && EDGE.contains(&self.view)
+    }
+}
+
 pub(super) fn measures() -> Vec<Measure> {
     let of_view = |view: f64| {
         let area = overcoat_core::math::double::cos(view.to_radians());
@@ -75,23 +82,33 @@ pub(super) fn lightness(x: f64) -> f64 {
     if x <= 0.0 { 0.0 } else { overcoat_core::math::double::pow(x / (1.0 + x), 1.0 / 3.0) }
 }
 
-/// Weighted differences, of one surface or of several, one after the other.
+/// Weighted differences, of one surface or of several, one after the other. A NaN in the target is what nobody knows: it differs from
+/// nothing.
 pub(super) fn residuals(target: &[f64], seen: &[f64]) -> Vec<f64> {
     let measures = measures();
     let weights = measures.iter().cycle().flat_map(|measure| [measure.weight.sqrt(); 3]);
-    target.iter().zip(seen).zip(weights).map(|((a, b), weight)| (b - a) * weight).collect()
+    target
+        .iter()
+        .zip(seen)
+        .zip(weights)
+        .map(|((a, b), weight)| if a.is_nan() { 0.0 } else { (b - a) * weight })
+        .collect()
 }
 
-/// Distance over all of it.
+/// Distance over all of it that is known.
 pub(super) fn distance(target: &[f64], seen: &[f64]) -> Distance {
     let (mut sums, mut weights) = ([0.0; 3], [0.0; 3]);
     for (measure, (a, b)) in measures().iter().cycle().zip(target.chunks(3).zip(seen.chunks(3))) {
+        if a.iter().any(|lightness| lightness.is_nan()) {
+            continue;
+        }
         let square: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
         sums[measure.part] += measure.weight * square;
         weights[measure.part] += 3.0 * measure.weight;
     }
-    let [white, highlights, body] = std::array::from_fn(|part| (sums[part] / weights[part]).sqrt());
-    let all = (sums.iter().sum::<f64>() / weights.iter().sum::<f64>()).sqrt();
+    let root = |sum: f64, weight: f64| if weight > 0.0 { (sum / weight).sqrt() } else { 0.0 };
+    let [white, highlights, body] = std::array::from_fn(|part| root(sums[part], weights[part]));
+    let all = root(sums.iter().sum(), weights.iter().sum());
     Distance { all, white, highlights, body }
 }
 

@@ -17,11 +17,13 @@
 //! *Numbers that no light shows* are held where they were: a number that moves over its whole range costs as much as a difference of
 //! lightness of [`HOLD`] everywhere.
 
+mod fit;
 mod mean;
 mod measures;
 mod positions;
 mod solve;
 
+pub use fit::{Fit, Residual};
 pub use measures::Distance;
 
 use super::{Bench, LabError, Light, luminance};
