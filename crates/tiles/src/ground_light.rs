@@ -226,12 +226,13 @@ fn planes_between<L: Lanes, const N: usize>(
     [fx, fy]: [L::F; 2],
 ) -> [L::F; N] {
     each!(plane => {
-        let of_row = |row: L::I| {
-            let index = (row * N as i32 + plane as i32) * size as i32 + column;
+        // Above and below.
+        let rows: [L::F; 2] = each!(k => {
+            let index = ((row + k as i32) * N as i32 + plane as i32) * size as i32 + column;
             let [left, right] = l.gather_pairs_u32(texels, index);
             left.float_from_bits().lerp(right.float_from_bits(), fx)
-        };
-        of_row(row).lerp(of_row(row + 1), fy)
+        });
+        rows[0].lerp(rows[1], fy)
     })
 }
 
