@@ -26,7 +26,7 @@ impl ShownPart {
         let offset = |[x, y]: [f64; 2]| -> [f64; 3] {
             from_fn(|k| right[k] * (x / view.scale[0]) - up[k] * (y / view.scale[1]))
         };
-        // Where the ray of a place on the screen starts, and its direction.
+        // Start and direction of the ray through a place on the screen.
         let ray = |screen: [f64; 2]| {
             let by = offset(screen);
             if view.perspective {

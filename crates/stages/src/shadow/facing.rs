@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use overcoat_core::math::lanes::Scalar;
 
-    /// What shows its back draws nothing, and nearly all that draws nothing for its back is found.
+    /// Triangles that show their back draw nothing.
     #[test]
     fn backs_would_draw_nothing() {
         const SIZE: usize = 96;

@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 /// map are far coarser.
 const CUTOUT_SIDE: u32 = 1024;
 
-/// Bytes that copies of meshes that stand at several places take at most: bringing a mesh to its places anew takes three
-/// times as long as all maps of a small picture.
+/// Bytes that copies of meshes that stand at several places take at most. Without copies, bringing corners to their places
+/// takes longer than drawing 48 maps of 96 x 96 texels.
 const COPIES: u64 = 1 << 23;
 
 /// Part of [`Limits::frame_bytes`] that they take at most.
