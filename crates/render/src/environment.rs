@@ -110,9 +110,17 @@ fn stored(
 /// picture of 1024 x 512 pixels take about as long as a quarter of a million pixels.
 const FEW: u64 = 1 << 18;
 
+/// [`foreseen`] of an environment that would be filtered; none of the others, which have all levels.
+pub(super) fn levels_to_filter(scene: &Scene, options: &RenderOptions) -> Levels {
+    match scene.environment().source {
+        EnvironmentSource::Image(_) => foreseen(scene, options),
+        EnvironmentSource::Studio | EnvironmentSource::None => Levels::NONE,
+    }
+}
+
 /// The levels that a picture is expected to look up: those between the smoothest and the roughest lobes that its materials have
 /// by their factors.
-pub(super) fn foreseen(scene: &Scene, options: &RenderOptions) -> Levels {
+fn foreseen(scene: &Scene, options: &RenderOptions) -> Levels {
     let pixels = u64::from(options.width) * u64::from(options.height);
     // Rays see other surfaces by roughnesses of their own.
     if options.visibility.rays > 0 || options.stage_hashes || pixels > FEW {

@@ -57,7 +57,7 @@ impl FrameMemory {
         effects.before(pool, scene, environment, options)?;
         self.lights.find_shadows(pool, scene, effects.occlusion(), options).map_err(LightLimit::Maps)?;
         let maps = effects.maps_of_ground().filter(|_| options.ground.is_seen());
-        self.ground.prepare(pool, scene, maps, (environment, &self.lights), options);
+        self.ground.prepare(pool, (scene, view), maps, (environment, &self.lights), options);
         Ok(())
     }
 

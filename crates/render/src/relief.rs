@@ -259,6 +259,10 @@ impl Surfaces {
     /// Change of the normal across a pixel, in the plane of the picture: the mean over pairs of pixels up to `steps` away.
     fn turn(&self, axes: &[[f32; 3]; 3], [x, y]: [usize; 2], steps: usize) -> f32 {
         let [width, height] = self.size;
+        // Background, which is most of many pictures, has none.
+        if self.instances[y * width + x] == 0 {
+            return 0.0;
+        }
         let mut sum = 0.0;
         for step in 1..=steps {
             if x >= step && x + step < width {

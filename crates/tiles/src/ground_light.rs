@@ -2,6 +2,7 @@
 
 use super::ground::{Ground, footing_of};
 use super::ground_lamps::GroundLamps;
+use super::ground_part::ShownPart;
 use super::lamps::LightMemory;
 use super::occlusion::asked_for;
 use super::options::RenderOptions;
@@ -14,6 +15,7 @@ use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::{dispatch, dispatch_available};
 use overcoat_scene::{Footing, Revision, Scene};
+use overcoat_stages::geometry::View;
 use overcoat_stages::light::{EnvironmentLight, LUMINANCE};
 use overcoat_stages::shade::{DistantLight, LightOcclusion};
 use overcoat_stages::shadow::{Pyramids, Receiver};
@@ -51,6 +53,8 @@ pub struct GroundLight {
     /// part of its luminance that does not arrive; or, where pixels add lamps to it ([`GroundLamps`]), the luminance that
     /// arrives and the one that would.
     texels: Vec<u32>,
+    /// Texels that are found, a bit for sixteen of a row: those that the first picture shows, then all.
+    found: Vec<bool>,
 }
 
 /// Inputs that a picture is made of; it is found anew when they change.
@@ -67,11 +71,12 @@ struct Known {
 }
 
 impl GroundLight {
-    /// Finds it, unless it is known. `maps` is the number of the maps among all that were made.
+    /// Finds what a view shows of it, unless that is known: all of it once another view shows more. `maps` is the number of the
+    /// maps among all that were made.
     pub fn prepare(
         &mut self,
         pool: &TimedPool<'_>,
-        scene: &Scene,
+        (scene, view): (&Scene, &View),
         occlusion: Option<(LightOcclusion<'_>, u64)>,
         (environment, lights): (&EnvironmentLight<'_>, &LightMemory),
         options: &RenderOptions,
@@ -90,8 +95,18 @@ impl GroundLight {
         let known =
             found.map(|((_, maps), footing)| Known { footing, maps, planes, lamps_apart, lights: changes });
         let is_known = std::mem::replace(&mut self.known, known) == known;
-        let Some(((occlusion, _), footing)) = found.filter(|_| !is_known) else { return };
-        self.size = size_of_picture(&asked_for(options));
+        let Some(((occlusion, _), footing)) = found else { return };
+        if !is_known {
+            self.size = size_of_picture(&asked_for(options));
+            self.texels.clear();
+            self.texels.resize(self.size * self.size * planes, 0);
+            self.found.clear();
+            self.found.resize(self.size * self.size / LANES, false);
+        }
+        let wanted = self.wanted(&ShownPart::of(view, &footing), is_known, options.stage_hashes);
+        if wanted.is_empty() {
+            return;
+        }
         let level = options.simd;
         let above = dispatch!(level, l => {
             let up = Vec3::splat(l, [0.0, 1.0, 0.0]);
@@ -102,19 +117,40 @@ impl GroundLight {
             irradiance: each!(c in above => c[0]),
             lights: Some(lights),
             lamps_apart,
-            ..Shadows::new(&occlusion, footing, planes, pool.jobs)
+            ..Shadows::new(&occlusion, footing, planes, (pool.jobs, level))
         };
         shadows.find_tint(pool, level);
-        self.texels.clear();
-        self.texels.resize(self.size * self.size * planes, 0);
+        let blocks = self.size / LANES;
         pool.jobs.for_each_chunk_mut(&mut self.texels, self.size * planes, |row, texels| {
             if !pool.jobs.is_cancelled() {
-                dispatch_available!(level, l => shadows.row(l, row, texels));
+                let wanted = &wanted[row * blocks..][..blocks];
+                dispatch_available!(level, l => shadows.row(l, (row, wanted), texels));
             }
         });
+        self.found.iter_mut().zip(wanted).for_each(|(found, wanted)| *found |= wanted);
         if pool.jobs.is_cancelled() {
             self.known = None;
         }
+    }
+
+    /// Texels that are yet to be found, sixteen of a row each: those that a view shows, or all of the rest if `has_some` are
+    /// found and one is missing. Empty if none is.
+    fn wanted(&self, shown: &ShownPart, has_some: bool, all: bool) -> Vec<bool> {
+        let blocks = self.size / LANES;
+        // Pixels look between texels.
+        let between = |first: usize, count: usize| {
+            [first as f64 - 1.0, (first + count) as f64].map(|index| place_of(index, self.size))
+        };
+        let is_shown = |block: usize| {
+            all || shown.may_show(between(block % blocks * LANES, LANES), between(block / blocks, 1))
+        };
+        let is_wanted = |block: &usize| !self.found[*block] && is_shown(*block);
+        if !(0..self.found.len()).any(|block| is_wanted(&block)) {
+            return Vec::new();
+        }
+        (0..self.found.len())
+            .map(|block| if has_some { !self.found[block] } else { is_wanted(&block) })
+            .collect()
     }
 
     /// Place of the floor of a scene, which is not looked for again in the same one.
@@ -190,12 +226,13 @@ fn planes_between<L: Lanes, const N: usize>(
     [fx, fy]: [L::F; 2],
 ) -> [L::F; N] {
     each!(plane => {
-        let of_row = |row: L::I| {
-            let index = (row * N as i32 + plane as i32) * size as i32 + column;
+        // Above and below.
+        let rows: [L::F; 2] = each!(k => {
+            let index = ((row + k as i32) * N as i32 + plane as i32) * size as i32 + column;
             let [left, right] = l.gather_pairs_u32(texels, index);
             left.float_from_bits().lerp(right.float_from_bits(), fx)
-        };
-        of_row(row).lerp(of_row(row + 1), fy)
+        });
+        rows[0].lerp(rows[1], fy)
     })
 }
 
@@ -246,7 +283,12 @@ struct Shadows<'a> {
 }
 
 impl<'a> Shadows<'a> {
-    fn new(occlusion: &'a LightOcclusion<'a>, footing: Footing, planes: usize, jobs: &Jobs) -> Self {
+    fn new(
+        occlusion: &'a LightOcclusion<'a>,
+        footing: Footing,
+        planes: usize,
+        (jobs, level): (&Jobs, SimdLevel),
+    ) -> Self {
         let lamp = |(number, light): (usize, &DistantLight)| {
             let cosine = light.direction[1];
             // The angle of a cap of that size, if it is small.
@@ -259,7 +301,7 @@ impl<'a> Shadows<'a> {
         let sum = lamps.iter().fold([0.0; 3], |sum, lamp| each!(c => sum[c] + lamp.flux[c]));
         Self {
             occlusion,
-            pyramids: Pyramids::new(occlusion.maps, footing.center[1] as f32, jobs),
+            pyramids: Pyramids::new(occlusion.maps, footing.center[1] as f32, jobs, level),
             lamps,
             sum,
             center: each!(c in footing.center => c as f32),
@@ -310,11 +352,12 @@ impl<'a> Shadows<'a> {
         }
     }
 
-    /// One row of texels, in all planes.
+    /// Texels of one row that are wanted, sixteen each, in all planes.
     #[inline(always)]
-    fn row<L: Lanes>(&self, l: L, row: usize, out: &mut [u32]) {
+    fn row<L: Lanes>(&self, l: L, (row, wanted): (usize, &[bool]), out: &mut [u32]) {
         let z = place(l.splat(row as f32), self.size);
-        for first in (0..self.size).step_by(LANES) {
+        let wanted = wanted.iter().enumerate().filter(|(_, wanted)| **wanted);
+        for first in wanted.map(|(block, _)| block * LANES) {
             let column = l.lane_indices().to_float() + first as f32;
             let x = place(column, self.size);
             let mut arriving = self.arriving(l, [x, z]);
@@ -449,6 +492,12 @@ struct OnFloor<L: Lanes> {
 fn place<F: Float>(index: F, size: usize) -> F {
     let bent = (index + 0.5) * (2.0 / size as f32) - 1.0;
     bent * BEND / (bent.abs() * -1.0 + (1.0 + BEND))
+}
+
+/// [`place`] of one.
+fn place_of(index: f64, size: usize) -> f64 {
+    let (bent, bend) = ((index + 0.5) * (2.0 / size as f64) - 1.0, f64::from(BEND));
+    bent * bend / (1.0 + bend - bent.abs())
 }
 
 /// Texels along a side: whole vectors of them.

@@ -13,6 +13,7 @@ pub mod effects;
 pub mod ground;
 pub mod ground_lamps;
 pub mod ground_light;
+mod ground_part;
 pub mod ground_pixels;
 pub mod lamps;
 pub mod light_filter;

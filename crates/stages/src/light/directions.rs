@@ -4,6 +4,7 @@ use super::PrefilteredEnvironment;
 use super::chain::Levels;
 use super::octahedral;
 use overcoat_core::dispatch;
+use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use std::borrow::Cow;
 
@@ -125,8 +126,8 @@ impl Samples {
         let (directions, densities) = (direction.to_arrays(), density.to_array());
         for (k, index) in (first..SIZE * SIZE).take(LANES).enumerate() {
             let share = octahedral::cell_share(SIZE, index % SIZE, index / SIZE);
-            self.directions.push(directions.map(|c| c[k]));
-            self.fluxes.push(radiance.map(|c| f64::from(c[k])));
+            self.directions.push(each!(c => directions[c][k]));
+            self.fluxes.push(each!(c => f64::from(radiance[c][k])));
             self.solid_angles.push(f64::from(densities[k] * share) * cell * cell);
         }
     }

@@ -170,7 +170,8 @@ impl LampOcclusion<'_> {
     fn arriving<L: Lanes>(&self, l: L, number: usize, receiver: &Receiver<L>) -> Arriving<L> {
         let visible = self.maps.visibility(l, number, receiver);
         let is_tinted = !self.tints.is_empty() && visible.gt(l.zero()).any();
-        Arriving::new(visible, is_tinted.then(|| self.tints.transmittance(l, number, receiver)))
+        let tint = if is_tinted { Some(self.tints.transmittance(l, number, receiver)) } else { None };
+        Arriving::new(visible, tint)
     }
 
     /// Share of each colour of the light of a source without extent that arrives at surfaces, 0 to 1.

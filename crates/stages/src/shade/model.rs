@@ -262,7 +262,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
         #[inline(always)]
         || {
             let mixed = paint::is_mixed(material);
-            let mix = mixed.then(|| paint::Mix::new(l, material, planes));
+            let mix = if mixed { Some(paint::Mix::new(l, material, planes)) } else { None };
             let mut total = Vec3::zero(l);
             // Loops, so that a model's code is compiled once.
             for which in 0..paint::SURFACES {

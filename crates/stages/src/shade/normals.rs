@@ -20,18 +20,18 @@ pub(super) struct NormalFrame<L: Lanes> {
 }
 
 impl<L: Lanes> NormalFrame<L> {
+    /// The tangent space at a location on triangles, of normals of their vertices.
     #[inline(always)]
     pub(super) fn new(
         l: L,
         context: &ShadeContext<'_>,
         material: &Material,
         batch: &Batch,
-        location: &Location<L>,
+        (location, vertices): (&Location<L>, &[[L::F; 3]; 3]),
         view: V3<L>,
     ) -> Self {
         let draws = context.draws;
-        let vertices = batch.vertices.attribute(l, draws, [0.0; 3], Mesh::shading_normals);
-        let smooth = Vec3::from_array(location.interpolate(&vertices));
+        let smooth = Vec3::from_array(location.interpolate(vertices));
         let zero = smooth.dot(smooth).eq(l.zero());
         let object = if zero.any() {
             let flat = geometric_normal(l, context, batch);
@@ -146,24 +146,24 @@ pub(super) fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     Vec3::select(away, bent, normal)
 }
 
-/// The unit vertex normal in world space and its change per pixel to the right and per pixel down; 0 where the mesh has no
-/// normals. Which side is seen does not matter to its size.
+/// The unit vertex normal in world space and its change per pixel to the right and per pixel down, at a location on triangles, of
+/// normals of their vertices; 0 where the mesh has no normals. Which side is seen does not matter to its size.
 #[inline(always)]
 pub(super) fn normal_change<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     batch: &Batch,
-    location: &Location<L>,
+    (location, vertices): (&Location<L>, &[[L::F; 3]; 3]),
 ) -> (V3<L>, [V3<L>; 2]) {
-    let vertices = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::shading_normals);
-    let to_world = |v| batch.vertices.transform(l, context.draws, |d| d.normal_matrix, v);
-    let normal = to_world(Vec3::from_array(location.interpolate(&vertices)));
+    let smooth = Vec3::from_array(location.interpolate(vertices));
+    let normal = batch.vertices.transform(l, context.draws, |d| d.normal_matrix, smooth);
     let square = normal.dot(normal);
     let none = !square.gt(l.zero());
     let inverse = none.select(l.splat(1.0), square).sqrt().recip();
     let unit = normal * inverse;
-    let change = each!(derivative in location.derivatives(&vertices) => {
-        let change = to_world(Vec3::from_array(derivative)) * inverse;
+    let change = each!(derivative in location.derivatives(vertices) => {
+        let derivative = Vec3::from_array(derivative);
+        let change = batch.vertices.transform(l, context.draws, |d| d.normal_matrix, derivative) * inverse;
         // What lengthens the vector does not turn it.
         let across = change - unit * unit.dot(change);
         Vec3::select(none, Vec3::zero(l), across)

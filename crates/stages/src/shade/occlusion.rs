@@ -15,7 +15,7 @@
 use super::ShadeContext;
 use super::effects::Effect;
 use super::record::{get, get_vector, put};
-use crate::gbuffer::layout::{self, SurfacePlanes};
+use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
 use crate::shadow::{DepthMaps, TintMaps};
 use overcoat_core::built::Shadows;
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
@@ -97,8 +97,8 @@ impl LightOcclusion<'_> {
         query: &EnvironmentQuery<L>,
         unoccluded: V3<L>,
     ) -> V3<L> {
-        let [mut seen, mut bounce] =
-            [layout::BASE_SEEN, layout::BASE_BOUNCE].map(|p| get_vector(l, planes, p));
+        let mut seen = get_vector(l, planes, layout::BASE_SEEN);
+        let mut bounce = get_vector(l, planes, layout::BASE_BOUNCE);
         if material.coat > 0.0 {
             let is_coat = is_coat(l, planes, query);
             seen = Vec3::select(is_coat, get_vector(l, planes, layout::COAT_SEEN), seen);
@@ -112,15 +112,24 @@ impl LightOcclusion<'_> {
 /// similar.
 #[inline(always)]
 pub(super) fn is_coat<L: Lanes>(l: L, planes: &SurfacePlanes, query: &EnvironmentQuery<L>) -> L::M {
+    let base = difference(l, planes, query, (layout::NORMAL, layout::ROUGHNESS));
+    difference(l, planes, query, (layout::COAT_NORMAL, layout::COAT_ROUGHNESS)).lt(base)
+}
+
+/// Difference between a query and the lobe of a normal and a roughness. A function and not a closure: what is called twice must
+/// still be inlined.
+#[inline(always)]
+fn difference<L: Lanes>(
+    l: L,
+    planes: &SurfacePlanes,
+    query: &EnvironmentQuery<L>,
+    (normal, roughness): (Plane, Plane),
+) -> L::F {
     let view = get_vector(l, planes, layout::VIEW);
-    let distance = |normal, roughness| {
-        let mirror = (-view).reflect(get_vector(l, planes, normal));
-        let [own] = get::<L, 1>(l, planes, roughness);
-        let apart = mirror - query.direction;
-        apart.dot(apart) * 0.25 + (own - query.perceptual_roughness).squared()
-    };
-    let base = distance(layout::NORMAL, layout::ROUGHNESS);
-    distance(layout::COAT_NORMAL, layout::COAT_ROUGHNESS).lt(base)
+    let mirror = (-view).reflect(get_vector(l, planes, normal));
+    let [own] = get::<L, 1>(l, planes, roughness);
+    let apart = mirror - query.direction;
+    apart.dot(apart) * 0.25 + (own - query.perceptual_roughness).squared()
 }
 
 /// The least square of GGX's alpha by which directions are weighted: a lobe that lies between them sees its neighbours.
@@ -236,21 +245,27 @@ fn look_up<L: Lanes>(
     let tint_start = of.tints.lifted(l, &position.to_array(), &face.to_array());
     for (number, light) in of.lights.iter().enumerate().skip(first).step_by(step) {
         let towards = Vec3::splat(l, light.direction);
+        let cosine = normal.dot(towards).at_least(0.0);
+        // Nothing of what comes from below both surfaces counts.
+        if !(cosine.gt(l.zero()).any() || has_coat && coat_normal.dot(towards).gt(l.zero()).any()) {
+            continue;
+        }
         // The surface itself is in the way of what comes from below.
         let above = face.dot(towards).gt(l.zero());
         let visible = if of.maps.is_empty() {
             l.splat(1.0)
         } else if above.any() {
-            above.select(of.maps.visibility(l, number, &start, l.zero()), l.zero())
+            above.select(of.maps.visibility_of_lifted(l, number, &start), l.zero())
         } else {
             l.zero()
         };
-        let tint = (is_tinted && above.any()).then(|| {
+        let tint = if is_tinted && above.any() {
             let found = of.tints.transmittance(l, number, &tint_start);
-            Vec3::select(above, found, Vec3::splat(l, [1.0; 3]))
-        });
+            Some(Vec3::select(above, found, Vec3::splat(l, [1.0; 3])))
+        } else {
+            None
+        };
         let arriving = Arriving::new(visible, tint);
-        let cosine = normal.dot(towards).at_least(0.0);
         let own = Vec3::splat(l, light.flux);
         let flux = own * cosine;
         all += flux;

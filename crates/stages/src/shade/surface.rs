@@ -346,12 +346,15 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let [coat] = scaled(l, [material.coat.max(0.0)], textures.coat, coat);
     let [coat_roughness] = scaled(l, [material.coat_roughness], textures.coat_roughness, &[coat_rough[1]; 4]);
 
-    let frame = NormalFrame::new(l, context, material, batch, location, view);
-    let variation = filter.is_some().then(|| {
-        let (normal, change) = normal_change(l, context, batch, location);
+    let normals = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::shading_normals);
+    let frame = NormalFrame::new(l, context, material, batch, (location, &normals), view);
+    let variation = if filter.is_some() {
+        let (normal, change) = normal_change(l, context, batch, (location, &normals));
         let mapped = textures.normal_variances(l, material, mapped, coat_mapped);
-        NormalVariation { normal, change, mapped }
-    });
+        Some(NormalVariation { normal, change, mapped })
+    } else {
+        None
+    };
     let normal = frame.shading_normal(l, material.normal_texture.as_ref(), mapped, view);
     let coat_normal = frame.coat_normal(l, material, coat_mapped, normal, view);
 

@@ -189,7 +189,7 @@ pub(super) fn store_filtered<L: Lanes>(
 ) -> L::F {
     let change = match filter {
         NormalFilter::LargestChange { .. } => {
-            largest_component(l, rays, change.map(|change| (normal + change).normalize() - normal))
+            largest_component(l, rays, each!(change in change => (normal + change).normalize() - normal))
         }
         NormalFilter::Kernel { .. } | NormalFilter::Edges => {
             change[0].dot(change[0]) + change[1].dot(change[1])

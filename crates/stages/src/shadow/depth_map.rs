@@ -303,6 +303,13 @@ impl DepthMaps {
         self.open(l, map, [x, y], self.reach(depth + slack * (1.0 / self.step)))
     }
 
+    /// [`DepthMaps::visibility`] without slack, of points that were [lifted](Self::lifted).
+    #[inline(always)]
+    pub(crate) fn visibility_of_lifted<L: Lanes>(&self, l: L, map: usize, position: &[L::F; 3]) -> L::F {
+        let [x, y, depth] = self.maps[map].project(l, position);
+        self.open(l, map, [x, y], self.reach(depth))
+    }
+
     /// A depth in whole steps.
     #[inline(always)]
     pub(super) fn reach<F: Float>(&self, depth: F) -> F::I {

@@ -18,6 +18,7 @@ use super::blockers::{Cutout, Masked};
 use super::bounds::smaller;
 use super::clip::{Corner, clipped};
 use super::depth_map::{DEEPEST, DepthMap, OUTERMOST};
+use super::facing::{Facing, Viewed, all_show_back};
 use super::slab::{Allowance, List, Listed, Sixteen, Slab};
 use super::sliver::Slivers;
 use overcoat_core::each;
@@ -43,12 +44,14 @@ impl Slab<'_> {
         maps: &mut [u32],
     ) {
         let mut first = self.first;
-        for turn in self.sixteens.chunks(SIXTEENS_PER_TURN) {
+        for (turn, facings) in self.turns() {
             let mut work = 0;
             for (frame, map) in frames.iter().zip(maps.chunks_exact_mut(size * size)) {
+                let viewed = Viewed::by(frame);
                 for (number, sixteen) in turn.iter().enumerate() {
                     work += match self.of.list {
                         List::Solid => draw_solid(l, frame, (sixteen, Sides::Both), size, map),
+                        List::OneSided if all_show_back(l, facings.get(number), viewed.as_ref()) => 1,
                         List::OneSided => draw_solid(l, frame, (sixteen, Sides::Front), size, map),
                         List::Masked => {
                             let number = first + number * LANES;
@@ -62,6 +65,12 @@ impl Slab<'_> {
             }
             first += turn.len() * LANES;
         }
+    }
+
+    /// Sixteens that all maps of a job draw before the next, with their sides if these count.
+    fn turns(&self) -> impl Iterator<Item = (&[Sixteen], &[Facing])> {
+        let facings = self.facings.chunks(SIXTEENS_PER_TURN).chain(std::iter::repeat(&[][..]));
+        self.sixteens.chunks(SIXTEENS_PER_TURN).zip(facings)
     }
 }
 
@@ -99,7 +108,7 @@ pub(super) enum Sides {
 
 /// Triangles that are thinner than this part of a texel on a map count as seen from the front: rounding decides which side they
 /// show, and the outline of a closed surface must have no gaps.
-const THINNEST: f32 = 1.0 / 256.0;
+pub(super) const THINNEST: f32 = 1.0 / 256.0;
 
 /// Sixteen triangles on a map.
 struct Projected<L: Lanes> {
@@ -230,25 +239,20 @@ fn draw_small<L: Lanes>(
     size: usize,
     map: &mut [u32],
 ) {
-    let mut row = first[1];
+    let mut texel = first;
     loop {
-        let in_rows = some & row.le(end[1]);
-        if !in_rows.any() {
+        let present = some & texel[1].le(end[1]);
+        if !present.any() {
             return;
         }
-        let dy: [L::F; 3] = each!(c in *y => c - row);
-        let mut column = first[0];
-        loop {
-            let present = in_rows & column.le(end[0]);
-            if !present.any() {
-                break;
-            }
-            let dx: [L::F; 3] = each!(c in *x => c - column);
-            let (inside, depth) = depth_inside(weights(dx, dy), z);
-            keep_outermost::<L>(inside & present, [column, row], depth, size, map);
-            column = column + 1.0;
-        }
-        row = row + 1.0;
+        let dx: [L::F; 3] = each!(c in *x => c - texel[0]);
+        let dy: [L::F; 3] = each!(c in *y => c - texel[1]);
+        let (inside, depth) = depth_inside(weights(dx, dy), z);
+        keep_outermost::<L>(inside & present, texel, depth, size, map);
+        // Each in its own box: a wide one and a high one together take no more turns than the larger.
+        let column = texel[0] + 1.0;
+        let is_beyond = end[0].lt(column);
+        texel = [is_beyond.select(first[0], column), is_beyond.select(texel[1] + 1.0, texel[1])];
     }
 }
 
@@ -401,9 +405,9 @@ fn draw_cutout(
     let nearness = if frame.near > 0.0 { corners.map(|corner| corner[2]) } else { [1.0; 3] };
     for_each_covered(&corners, [columns, rows], |[column, row], w| {
         let own: [f32; 3] = each!(k => w[k] * nearness[k]);
-        let place = [mean(own, masked.map(|c| c.uv[0])), mean(own, masked.map(|c| c.uv[1]))];
-        if cutout.is_present(place, mean(own, masked.map(|c| c.alpha))) {
-            let depth = mean(w, corners.map(|corner| corner[2]));
+        let place = [mean(own, each!(k => masked[k].uv[0])), mean(own, each!(k => masked[k].uv[1]))];
+        if cutout.is_present(place, mean(own, each!(k => masked[k].alpha))) {
+            let depth = mean(w, each!(k => corners[k][2]));
             let depth = -smaller(-smaller(depth, OUTERMOST), -DEEPEST);
             let texel = &mut map[row * size + column];
             *texel = (*texel).max(depth.to_bits());
@@ -419,14 +423,17 @@ pub(super) fn for_each_covered(
     mut f: impl FnMut([usize; 2], [f32; 3]),
 ) -> u64 {
     let mut work = 0;
+    // Written out: called for each of thousands of texels, most of them outside.
+    let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = *corners;
     for row in rows[0]..=rows[1] {
         work += 1;
+        let (ay, by, cy) = (ay - row as f32, by - row as f32, cy - row as f32);
         for column in columns[0]..=columns[1] {
-            let [a, b, c] = corners.map(|[x, y, _]| [x - column as f32, y - row as f32]);
-            let weight = |p: [f32; 2], q: [f32; 2]| p[0] * q[1] - q[0] * p[1];
-            let w = [weight(b, c), weight(c, a), weight(a, b)];
+            let (ax, bx, cx) = (ax - column as f32, bx - column as f32, cx - column as f32);
+            let w = [bx * cy - cx * by, cx * ay - ax * cy, ax * by - bx * ay];
             let sum = (w[0] + w[1]) + w[2];
-            let one_sign = w.iter().all(|w| *w >= 0.0) || w.iter().all(|w| *w <= 0.0);
+            let is_positive = w[0] >= 0.0 && w[1] >= 0.0 && w[2] >= 0.0;
+            let one_sign = is_positive || (w[0] <= 0.0 && w[1] <= 0.0 && w[2] <= 0.0);
             if one_sign && sum != 0.0 {
                 f([column, row], w);
             }

@@ -12,6 +12,13 @@ use std::collections::BTreeMap;
 /// map are far coarser.
 const CUTOUT_SIDE: u32 = 1024;
 
+/// Bytes that copies of meshes that stand at several places take at most. Without copies, bringing corners to their places
+/// takes longer than drawing 48 maps of 96 x 96 texels.
+const COPIES: u64 = 1 << 23;
+
+/// Part of [`Limits::frame_bytes`] that they take at most.
+const PART_OF_COPIES: u64 = 16;
+
 /// Corners that are placed by one thread.
 const POSITIONS_PER_JOB: usize = 1 << 13;
 
@@ -42,11 +49,20 @@ impl Blockers {
     /// # Errors
     /// [`LimitExceeded`] if they would take more than [`Limits::frame_bytes`].
     pub fn of_scene(scene: &Scene, limits: &Limits, jobs: &Jobs) -> Result<Self, LimitExceeded> {
+        Self::with_copies(scene, limits, jobs, COPIES.min(limits.frame_bytes / PART_OF_COPIES))
+    }
+
+    /// [`Blockers::of_scene`] with copies of meshes that stand at several places, up to so many bytes.
+    pub(super) fn with_copies(
+        scene: &Scene,
+        limits: &Limits,
+        jobs: &Jobs,
+        copies: u64,
+    ) -> Result<Self, LimitExceeded> {
         let instances: Vec<(&Instance, Kind)> = blocking_draws(scene)
             .map(|(_, instance, blocking)| (instance, Kind::of(scene, instance, blocking)))
             .collect();
-        let mut places: BTreeMap<Kind, usize> = BTreeMap::new();
-        instances.iter().for_each(|(_, kind)| *places.entry(*kind).or_default() += 1);
+        let places = Places::of(scene, instances.iter().map(|(_, kind)| *kind), copies);
         let mut out = Self::default();
         out.reserve(scene, &places, limits)?;
         let mut cutouts = Cutouts::of(scene);
@@ -55,7 +71,7 @@ impl Blockers {
             if jobs.is_cancelled() {
                 break;
             }
-            if places.get(&kind) == Some(&1) {
+            if places.get(&kind).is_some_and(|places| places.are_copied) {
                 out.add(scene, (instance, kind), &mut cutouts, jobs);
                 continue;
             }
@@ -69,7 +85,7 @@ impl Blockers {
         Ok(out)
     }
 
-    /// Adds the triangles of a mesh that stands once.
+    /// Adds the triangles of a mesh at one place.
     fn add(
         &mut self,
         scene: &Scene,
@@ -110,7 +126,7 @@ impl Blockers {
     fn reserve(
         &mut self,
         scene: &Scene,
-        places: &BTreeMap<Kind, usize>,
+        places: &BTreeMap<Kind, Places>,
         limits: &Limits,
     ) -> Result<(), LimitExceeded> {
         let what = || "triangles that block light".to_owned();
@@ -118,25 +134,25 @@ impl Blockers {
         let (mut masked, mut cutouts) = (0_usize, 0_usize);
         let mut repeated = 0_u64;
         let mut has_cutout = vec![false; scene.materials().len()];
-        for (kind, &places) in places {
+        for (kind, &Places { count: places, are_copied }) in places {
             let mesh = &scene.meshes()[kind.mesh];
             let triangles = mesh.triangles().len();
             if kind.list == List::Masked {
                 cutouts += usize::from(!has_cutout[kind.material]);
                 has_cutout[kind.material] = true;
             }
-            if places > 1 {
+            if !are_copied {
                 let holes = if kind.list == List::Masked { triangles } else { 0 };
                 repeated = repeated.saturating_add(Repeated::bytes_of(mesh, places, holes));
                 continue;
             }
-            positions = positions.saturating_add(mesh.positions().len());
+            positions = positions.saturating_add(mesh.positions().len().saturating_mul(places));
             let count = match kind.list {
                 List::Solid => &mut solid,
                 List::OneSided => &mut one_sided,
                 List::Masked => &mut masked,
             };
-            *count = count.saturating_add(triangles);
+            *count = count.saturating_add(triangles.saturating_mul(places));
         }
         let parts = [
             (positions, size_of::<[f32; 3]>()),
@@ -185,7 +201,39 @@ struct Kind {
     is_turned: bool,
 }
 
+/// Places of the triangles of one kind.
+#[derive(Clone, Copy, Debug, Default)]
+struct Places {
+    count: usize,
+    /// Each has triangles of its own.
+    are_copied: bool,
+}
+
+impl Places {
+    /// Places of all kinds. Kinds with several are copied, in their order, while the copies take no more than so many bytes.
+    fn of(scene: &Scene, kinds: impl Iterator<Item = Kind>, copies: u64) -> BTreeMap<Kind, Self> {
+        let mut all: BTreeMap<Kind, Self> = BTreeMap::new();
+        kinds.for_each(|kind| all.entry(kind).or_default().count += 1);
+        let mut left = copies;
+        for (kind, places) in &mut all {
+            let bytes =
+                if places.count == 1 { 0 } else { kind.bytes(scene).saturating_mul(places.count as u64) };
+            places.are_copied = bytes <= left;
+            left -= if places.are_copied { bytes } else { 0 };
+        }
+        all
+    }
+}
+
 impl Kind {
+    /// Bytes of one copy.
+    fn bytes(self, scene: &Scene) -> u64 {
+        let mesh = &scene.meshes()[self.mesh];
+        let triangle = if self.list == List::Masked { size_of::<Masked>() } else { size_of::<[u32; 3]>() };
+        mesh.positions().len() as u64 * size_of::<[f32; 3]>() as u64
+            + mesh.triangles().len() as u64 * triangle as u64
+    }
+
     fn of(scene: &Scene, instance: &Instance, blocking: Blocking) -> Self {
         let number = instance.material.index();
         let two_sided = scene.materials()[number].double_sided;

@@ -10,9 +10,10 @@
 
 use super::DepthMaps;
 use super::disc::OVERLAP;
+use overcoat_core::dispatch_available;
 use overcoat_core::each;
 use overcoat_core::jobs::Jobs;
-use overcoat_core::math::lanes::{Float, Int, Lanes, Mask};
+use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 
 /// Texels along a side of the finest level at most.
 const FINEST: usize = 256;
@@ -49,7 +50,7 @@ pub struct Pyramids<'a> {
 impl<'a> Pyramids<'a> {
     /// Filters maps for a floor at a height, below all that is in them, until the work is cancelled.
     #[must_use]
-    pub fn new(maps: &'a DepthMaps, height: f32, jobs: &Jobs) -> Self {
+    pub fn new(maps: &'a DepthMaps, height: f32, jobs: &Jobs, level: SimdLevel) -> Self {
         let mut reduced = 1;
         while maps.size().div_ceil(reduced) > FINEST {
             reduced *= 2;
@@ -70,28 +71,24 @@ impl<'a> Pyramids<'a> {
         let of = Self { maps, reduced, first, side, levels, len, words: Vec::new() };
         jobs.for_each_chunk_mut(&mut words, len, |map, words| {
             if !jobs.is_cancelled() {
-                of.filter(map, height, words);
+                dispatch_available!(level, l => of.filter(l, map, height, words));
             }
         });
         Self { words, ..of }
     }
 
     /// Fills the pyramid of a map; a floor that the light falls on from below has none.
-    fn filter(&self, map: usize, height: f32, words: &mut [u32]) {
+    #[inline(always)]
+    fn filter<L: Lanes>(&self, l: L, map: usize, height: f32, words: &mut [u32]) {
         let (size, texels) = (self.maps.size(), self.maps.texels_of(map));
         let Some(floor) = self.maps.depth_of_plane(map, height) else { return };
         let nearness = self.maps.steepness() * (WHOLE as f32 / TOUCHING);
         let side = self.side[0] as usize;
         for row in 1..side - 1 {
             if self.reduced == 1 {
-                let texels =
-                    texels[(row - 1) * size..].iter().zip(&mut words[row * side + 1..(row + 1) * side - 1]);
-                for (column, (texel, word)) in texels.enumerate() {
-                    let depth = texel & 0xffff;
-                    let below = (floor[0] * column as f32 + floor[1] * (row - 1) as f32) + floor[2];
-                    let share = share_above(depth, below, nearness);
-                    *word = if depth > 0 && share > 0 { depth | share << 16 } else { 0 };
-                }
+                let texels = &texels[(row - 1) * size..][..size];
+                let words = &mut words[row * side + 1..][..size];
+                finest(l, texels, words, [floor[0], floor[1] * (row - 1) as f32, floor[2]], nearness);
                 continue;
             }
             for column in 1..side - 1 {
@@ -198,6 +195,26 @@ impl<'a> Pyramids<'a> {
         }
         let some = covered.gt(l.zero());
         [covered, depth / some.select(covered, l.splat(1.0))]
+    }
+}
+
+/// Words of a row of texels, of which there are sixteen at least, before a floor: its depth grows by the first number from column
+/// to column, and is the sum of the other two at the first.
+#[inline(always)]
+fn finest<L: Lanes>(l: L, texels: &[u32], words: &mut [u32], floor: [f32; 3], nearness: f32) {
+    let lanes = l.lane_indices().to_float();
+    for column in (0..texels.len()).step_by(LANES) {
+        // The last sixteen may be there already.
+        let first = column.min(texels.len().saturating_sub(LANES));
+        let parts = (texels[first..].first_chunk::<LANES>(), words[first..].first_chunk_mut::<LANES>());
+        let (Some(texels), Some(words)) = parts else { continue };
+        let depth = l.load_i(&each!(texel in *texels => texel as i32)) & 0xffff;
+        let below = ((lanes + first as f32) * floor[0] + floor[1]) + floor[2];
+        // As `share_above` has it.
+        let share = ((depth.to_float() + 0.5 - below) * nearness).clamp_to(0.0, WHOLE as f32).to_int();
+        let nothing = depth.eq(l.splat_i(0)) | share.eq(l.splat_i(0));
+        let word = nothing.select_i(l.splat_i(0), depth | share.shl(16)).to_array();
+        *words = each!(word in word => word as u32);
     }
 }
 

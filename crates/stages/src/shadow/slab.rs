@@ -1,6 +1,7 @@
 //! The triangles that block light, gathered for depth maps a slab at a time: a list of millions is never there twice.
 
 use super::blockers::{Blockers, Masked};
+use super::facing::Facing;
 use super::repeated::Repeated;
 use overcoat_core::jobs::{Cancellation, Jobs};
 use overcoat_core::math::lanes::LANES;
@@ -52,6 +53,8 @@ pub(super) struct Slab<'a> {
     /// Number of the first triangle in its list.
     pub first: usize,
     pub sixteens: Vec<Sixteen>,
+    /// Sides of each sixteen, if they block light from one.
+    pub facings: Vec<Facing>,
 }
 
 impl<'a> Listed<'a> {
@@ -155,9 +158,9 @@ impl<'a> Slab<'a> {
         allowance: &Allowance<'_>,
         mut draw: impl FnMut(&Self),
     ) {
-        let mut sixteens = Vec::new();
+        let (mut sixteens, mut facings) = (Vec::new(), Vec::new());
         for list in List::ALL {
-            let mut slab = Self { of: Listed::new(blockers, list), first: 0, sixteens };
+            let mut slab = Self { of: Listed::new(blockers, list), first: 0, sixteens, facings };
             for first in (0..slab.of.len).step_by(SIXTEENS_PER_SLAB * LANES) {
                 slab.gather(first, jobs);
                 draw(&slab);
@@ -165,7 +168,7 @@ impl<'a> Slab<'a> {
                     return;
                 }
             }
-            sixteens = slab.sixteens;
+            (sixteens, facings) = (slab.sixteens, slab.facings);
         }
     }
 
@@ -178,7 +181,7 @@ impl<'a> Slab<'a> {
     pub(super) fn bytes(blockers: &Blockers) -> u64 {
         let longest = List::ALL.map(|list| Listed::new(blockers, list).len).into_iter().max();
         let sixteens = longest.unwrap_or(0).div_ceil(LANES).min(SIXTEENS_PER_SLAB);
-        (sixteens * size_of::<Sixteen>()) as u64
+        (sixteens * (size_of::<Sixteen>() + size_of::<Facing>())) as u64
     }
 
     /// Takes triangles of the list from a number on.
@@ -193,6 +196,15 @@ impl<'a> Slab<'a> {
                 of.gather(first + k * LANES, sixteen);
             }
         });
+        self.facings.clear();
+        if self.of.list == List::OneSided {
+            self.facings.resize(self.sixteens.len(), Facing::default());
+            let (sixteens, facings) = (&self.sixteens, &mut self.facings);
+            jobs.for_each_chunk_mut(facings, SIXTEENS_PER_JOB, |job, facings| {
+                let sixteens = &sixteens[job * SIXTEENS_PER_JOB..];
+                facings.iter_mut().zip(sixteens).for_each(|(facing, sixteen)| *facing = Facing::of(sixteen));
+            });
+        }
         self.first = first;
     }
 }

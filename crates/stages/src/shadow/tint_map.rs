@@ -92,22 +92,30 @@ struct Triangle<'a> {
     number: usize,
     /// Its corners in world space.
     places: &'a [[f32; 3]; 3],
-    /// Side and transmittance, where they are the same all over it but for the depth.
+    /// Side that it shows, where that is the same all over it but for the depth.
+    flat: Option<Side>,
+    /// Side and transmittance, likewise.
     everywhere: Option<(Side, [f32; 3])>,
 }
 
 impl<'a> Triangle<'a> {
     fn new(filter: &'a Filter, number: usize, places: &'a [[f32; 3]; 3], source: Source) -> Self {
-        let mut triangle = Self { filter, number, places, everywhere: None };
-        if matches!(source, Source::Distant { .. }) && filter.is_uniform() {
-            triangle.everywhere = Some(triangle.crossed(source, [1.0, 0.0, 0.0]));
+        let mut triangle = Self { filter, number, places, flat: None, everywhere: None };
+        if matches!(source, Source::Distant { .. }) {
+            triangle.flat = Some(triangle.side(source, [1.0, 0.0, 0.0]));
+            if filter.is_uniform() {
+                triangle.everywhere = Some(triangle.crossed(source, [1.0, 0.0, 0.0]));
+            }
         }
         triangle
     }
 
     /// Side and transmittance at a place.
     fn crossed(&self, source: Source, barycentrics: [f32; 3]) -> (Side, [f32; 3]) {
-        let side = self.side(source, barycentrics);
+        let side = match self.flat {
+            Some(side) => side,
+            None => self.side(source, barycentrics),
+        };
         let facing = side.facing;
         let crossing = Crossing {
             triangle: self.number,
@@ -220,10 +228,11 @@ impl Drawing<'_> {
             if !is_owner(&corners, w) {
                 return;
             }
-            let depth = mean(w, corners.map(|corner| corner[2]));
+            let depth = mean(w, each!(k => corners[k][2]));
             let (side, left) = triangle.everywhere.unwrap_or_else(|| {
                 let own: [f32; 3] = each!(k => w[k] * nearness[k]);
-                let [u, v] = [0, 1].map(|k| mean(own, part.map(|corner| corner.uv[k])));
+                let u = mean(own, each!(k => part[k].uv[0]));
+                let v = mean(own, each!(k => part[k].uv[1]));
                 triangle.crossed(source, [u, v, (1.0 - u) - v])
             });
             let texel = &mut texels[row * size + column];

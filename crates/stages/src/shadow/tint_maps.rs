@@ -213,10 +213,7 @@ impl TintMaps {
     #[inline(always)]
     fn meets<L: Lanes>(&self, l: L, map: usize, place: [L::F; 2], distance: L::F) -> L::M {
         let [columns, rows] = self.extents[map];
-        let along = |v: L::F, [first, last]: [f32; 2]| {
-            (v + distance).ge(l.splat(first)) & (v - distance).le(l.splat(last))
-        };
-        along(place[0], columns) & along(place[1], rows)
+        meets_along(l, place[0], distance, columns) & meets_along(l, place[1], distance, rows)
     }
 
     /// Number of the first texel of a map.
@@ -311,15 +308,23 @@ impl LampTints {
     }
 }
 
+/// Mask of places along an axis that have a range within a distance.
+#[inline(always)]
+fn meets_along<L: Lanes>(l: L, place: L::F, distance: L::F, [first, last]: [f32; 2]) -> L::M {
+    (place + distance).ge(l.splat(first)) & (place - distance).le(l.splat(last))
+}
+
 /// First and last columns, first and last rows of tinted texels; turned around where there are none.
 fn extent(words: &[u32], size: usize) -> [[f32; 2]; 2] {
-    let mut extent = [[f32::MAX, f32::MIN]; 2];
-    for (texel, _) in words.chunks_exact(WORDS).enumerate().filter(|(_, words)| words[0] & 0xffff != 0) {
-        for (range, at) in extent.iter_mut().zip([texel % size, texel / size]) {
-            *range = [smaller(range[0], at as f32), larger(range[1], at as f32)];
-        }
+    let [mut columns, mut rows] = [[f32::MAX, f32::MIN]; 2];
+    for (row, words) in words.chunks_exact(size * WORDS).enumerate() {
+        let mut tinted = words.chunks_exact(WORDS).map(|words| words[0] & 0xffff != 0);
+        let Some(first) = tinted.position(|is_tinted| is_tinted) else { continue };
+        let after = tinted.rposition(|is_tinted| is_tinted).map_or(0, |after| after + 1);
+        columns = [smaller(columns[0], first as f32), larger(columns[1], (first + after) as f32)];
+        rows = [smaller(rows[0], row as f32), larger(rows[1], row as f32)];
     }
-    extent
+    [columns, rows]
 }
 
 /// Depth and colour of the texel that a place lies in.

@@ -164,7 +164,11 @@ fn crowd(is_shared: bool) -> Scene {
 fn meshes_at_several_places_have_the_maps_of_copies() {
     use crate::shadow::{LampMaps, LampPlace, LampSource};
     use overcoat_core::math::lanes::SimdLevel;
-    let [copies, shared] = [false, true].map(|is_shared| of(&crowd(is_shared)));
+    let kept_once =
+        |is_shared| Blockers::with_copies(&crowd(is_shared), &Limits::default(), &Jobs::new(2), 0).unwrap();
+    let [copies, shared] = [false, true].map(kept_once);
+    // Few small ones are copied.
+    assert!(of(&crowd(true)).repeated.is_empty());
     assert!(copies.repeated.is_empty() && shared.positions.is_empty(), "{}", shared.positions.len());
     // Mirrored places apart, but for what blocks from both sides.
     assert_eq!(shared.repeated.len(), 7);

@@ -2,7 +2,7 @@
 
 use crate::shadow::{Blockers, DepthMaps, Pyramids};
 use overcoat_core::jobs::Jobs;
-use overcoat_core::math::lanes::{Float, Lanes, Scalar};
+use overcoat_core::math::lanes::{Float, Lanes, Scalar, SimdLevel};
 use overcoat_scene::primitives;
 
 const UP: [f32; 3] = [0.0, 1.0, 0.0];
@@ -14,7 +14,7 @@ fn plate(height: f32) -> Blockers {
 }
 
 fn visibility(maps: &DepthMaps, position: [f32; 3], spread: f32) -> f32 {
-    let pyramids = Pyramids::new(maps, 0.0, &Jobs::new(2));
+    let pyramids = Pyramids::new(maps, 0.0, &Jobs::new(2), SimdLevel::best());
     let position = position.map(|c| Scalar.splat(c));
     pyramids.soft_visibility(Scalar, 0, &position, spread, Scalar.splat(4.0)).to_array()[0]
 }
