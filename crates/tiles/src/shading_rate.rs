@@ -13,10 +13,10 @@ use super::pass::FrameContext;
 use super::tile_triangles::TileTriangles;
 use overcoat_core::each;
 use overcoat_core::math::triple::dot;
-use overcoat_scene::{AlphaMode, Filter, Material, Mesh, MipFilter, Texture, TextureRef, Workflow};
+use overcoat_scene::{AlphaMode, Filter, Material, Mesh, MipFilter, Texture, TextureRef};
 use overcoat_stages::gbuffer::{Draw, SourceTriangle, TriangleSource};
 use overcoat_stages::raster::SUBPIXELS;
-use overcoat_stages::shade::NormalFilter;
+use overcoat_stages::shade::{NormalFilter, least_roughness};
 
 /// Condition under which triangles of one material are shaded more than once a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,17 +102,6 @@ fn least_turn(roughness: f32) -> f32 {
     let alpha = roughness * roughness;
     let turn = SHARE_OF_LOBE * if alpha > LEAST_ALPHA { alpha } else { LEAST_ALPHA };
     turn * turn
-}
-
-/// The least perceptual roughness that a material may have. Textures make it smoother, by what is not known here.
-fn least_roughness(material: &Material) -> f32 {
-    let (roughness, texture) = match &material.workflow {
-        Workflow::MetallicRoughness { roughness, texture, .. } => (*roughness, texture),
-        Workflow::SpecularGlossiness { glossiness, texture, .. } => (1.0 - *glossiness, texture),
-    };
-    let base = if texture.is_some() { 0.0 } else { roughness };
-    let coated = material.coat > 0.0 && material.coat_roughness < base;
-    if coated { material.coat_roughness } else { base }
 }
 
 /// Texels in a square of texture coordinates of side 1.

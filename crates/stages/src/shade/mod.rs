@@ -45,4 +45,4 @@ pub use traced::{
     taken_share,
 };
 pub use transmission::{Passed, pass_through, store_transmission};
-pub use variation::NormalFilter;
+pub use variation::{NormalFilter, least_roughness};

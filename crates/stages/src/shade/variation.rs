@@ -18,7 +18,7 @@ use crate::gbuffer::layout::{self, SurfacePlanes};
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Lanes};
 use overcoat_core::math::vec3::{V3, Vec3};
-use overcoat_scene::{Material, Workflow};
+use overcoat_scene::{Material, TextureRef, Workflow};
 
 /// Filter by which roughness grows where normals vary within a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,22 +140,22 @@ pub(super) fn normal_filter(context: &ShadeContext<'_>, material: &Material) -> 
         NormalFiltering::Always(filter) => Some(filter),
         NormalFiltering::Asked(filter) if context.specular_antialiasing => Some(filter),
         NormalFiltering::Asked(_) => {
-            (context.has_maps() && has_highlights(material)).then_some(NormalFilter::Edges)
+            (context.has_maps() && least_roughness(material) < MATT).then_some(NormalFilter::Edges)
         }
     }
 }
 
-/// True if a base or coat of a material may be smoother than [`MATT`].
-fn has_highlights(material: &Material) -> bool {
-    let base = match &material.workflow {
-        Workflow::MetallicRoughness { texture: Some(_), .. }
-        | Workflow::SpecularGlossiness { texture: Some(_), .. } => 0.0,
-        Workflow::MetallicRoughness { roughness, .. } => *roughness,
-        Workflow::SpecularGlossiness { glossiness, .. } => 1.0 - glossiness,
+/// The least perceptual roughness that a material may have. Textures make it smoother, by what is not known here.
+#[must_use]
+pub fn least_roughness(material: &Material) -> f32 {
+    let (roughness, texture) = match &material.workflow {
+        Workflow::MetallicRoughness { roughness, texture, .. } => (*roughness, texture),
+        Workflow::SpecularGlossiness { glossiness, texture, .. } => (1.0 - *glossiness, texture),
     };
-    base < MATT
-        || (material.coat > 0.0
-            && (material.coat_roughness < MATT || material.coat_roughness_texture.is_some()))
+    let least = |texture: &Option<TextureRef>, factor: f32| if texture.is_some() { 0.0 } else { factor };
+    let base = least(texture, roughness);
+    let coat = least(&material.coat_roughness_texture, material.coat_roughness);
+    if material.coat > 0.0 && coat < base { coat } else { base }
 }
 
 /// Perceptual roughness from which on edges show no highlights.
