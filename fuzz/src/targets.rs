@@ -227,6 +227,21 @@ pub fn material(data: &[u8]) {
     let _ = MaterialFile::from_bytes(data, &Context { resolver: &resolver, limits: &limits, jobs: &jobs });
 }
 
+/// A measured BRDF, looked at from a few sides.
+pub fn measured(data: &[u8]) {
+    use overcoat::lab::MeasuredBrdf;
+    let brdf = match MeasuredBrdf::from_bytes(data.to_vec()) {
+        Ok(brdf) => brdf,
+        Err(error) => return assert!(!error.to_string().chars().any(char::is_control), "{error}"),
+    };
+    for view in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.96, 0.28]] {
+        for light in [[0.0, 0.0, 1.0], [-0.6, 0.0, 0.8], [0.64, 0.48, 0.6]] {
+            let found = brdf.evaluate(view, light).into_iter().flatten();
+            found.for_each(|value| assert!(value >= 0.0 && value.is_finite(), "{value}"));
+        }
+    }
+}
+
 /// A scene file, JSON if it begins with a brace and TOML otherwise.
 pub fn scene(data: &[u8]) {
     use overcoat::description::{Description, Machine};
@@ -281,6 +296,7 @@ pub const TARGETS: &[Target] = &[
     ("hdr", hdr),
     ("exr", exr),
     ("material", material),
+    ("measured", measured),
     ("scene", scene),
     ("pipeline", pipeline),
 ];

@@ -86,7 +86,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     seeds.push(("e57", [b"e57\n".to_vec(), e57()].concat()));
     let words = |list: &[u32]| list.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>();
     let text = b"{\"POINTS_LENGTH\":1,\"POSITION\":{\"byteOffset\":0},\"RGB\":{\"byteOffset\":12},\"RTC_CENTER\":[0,6378137,0]}";
-    let points = [&b"pnts"[..], &words(&[1, 43 + text.len() as u32, text.len() as u32, 15, 0, 0]), text, &[1; 15]];
+    let points =
+        [&b"pnts"[..], &words(&[1, 43 + text.len() as u32, text.len() as u32, 15, 0, 0]), text, &[1; 15]];
     let points = points.concat();
     let text = b"{\"INSTANCES_LENGTH\":1,\"POSITION\":{\"byteOffset\":0},\"EAST_NORTH_UP\":true}";
     let model = b"{\"asset\":{\"version\":\"2.0\"}}";
@@ -95,7 +96,10 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     let instances = [&b"i3dm"[..], &head, text, &[0; 12], model].concat();
     let length = (16 + points.len() + instances.len()) as u32;
     seeds.push(("cmpt", [b"cmpt\ncmpt", &words(&[1, length, 2])[..], &points, &instances].concat()));
-    seeds.push(("b3dm", [b"b3dm\nb3dm", &words(&[1, 28 + model.len() as u32, 0, 0, 0, 0])[..], model].concat()));
+    seeds.push((
+        "b3dm",
+        [b"b3dm\nb3dm", &words(&[1, 28 + model.len() as u32, 0, 0, 0, 0])[..], model].concat(),
+    ));
     seeds.push(("drc", [b"drc\n".to_vec(), super::models::draco_stream(1)].concat()));
     seeds.push(("fbx-binary", [b"fbx\n".to_vec(), fbx()].concat()));
     seeds.push(("las", [b"las\n", &las[..]].concat()));
@@ -132,7 +136,8 @@ fn laz(las: &[u8]) -> Vec<u8> {
     description.extend([1, 0, 6, 0, 20, 0, 2, 0]);
     record[20] = description.len() as u8;
     head[96] = (227 + 54 + description.len() - 256) as u8;
-    [head, record, description, vec![0; 8], vec![7; 20], (0..64_u8).map(|k| k.wrapping_mul(37)).collect()].concat()
+    [head, record, description, vec![0; 8], vec![7; 20], (0..64_u8).map(|k| k.wrapping_mul(37)).collect()]
+        .concat()
 }
 
 /// A square in the binary encoding.

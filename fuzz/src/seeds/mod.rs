@@ -1,6 +1,7 @@
 //! Small valid files of every format, each with as many of its features as fit: where fuzzing starts from.
 
 mod formats;
+mod measured;
 mod models;
 mod packages;
 
@@ -55,6 +56,9 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     }
     for (name, bytes) in openexr() {
         add("exr", name, bytes);
+    }
+    for (name, bytes) in measured::all() {
+        add("measured", name, bytes);
     }
     for (name, text) in MATERIAL {
         add("material", name, text.into());
