@@ -131,6 +131,6 @@ mod tests {
                 fronts += 1;
             }
         }
-        assert!(backs > 700 && fronts > 700, "{backs} and {fronts}");
+        assert!(backs > 600 && fronts > 600, "{backs} and {fronts}");
     }
 }
