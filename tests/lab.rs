@@ -190,7 +190,7 @@ fn standard_errors_of_summaries_are_the_spread_of_what_they_are_of() {
             let square = |x: f64| x * x;
             let variance =
                 seeds.iter().map(|seed| square(number(&seed[k])[0] - mean(0))).sum::<f64>() / (n - 1.0);
-            // Of 16 values the spread is known to 18 percent. Differences without sign spread less where they are as small as the noise.
+            // Standard deviations of 16 values are known to 18 percent. Absolute differences spread less where they are as small as the noise.
             let ratio = mean(1) / variance.sqrt();
             println!("{model:?} {c}: {ratio}");
             let most = if k == 1 && c > 0 { 3.0 } else { 1.6 };

@@ -69,7 +69,7 @@ fn the_summary_is_a_table_too() {
     assert_eq!((&json["base"], &json["cases"]), (&"convention".into(), &72.into()));
     let model = &json["models"][0];
     assert!(model["by_walks"]["white"].as_f64().unwrap() > 0.0 && model["by_specimens"].is_null(), "{json}");
-    // Of coats at random the choice of them matters; another seed is another series.
+    // Intervals of random coats are by the choice of specimens; another seed is another series of walks.
     let random = |seed: &str| {
         let args = "lab --summary --random 4 --json --samples 256 --models openpbr --seed";
         let output = overcoat(work.path(), &args.split(' ').chain([seed]).collect::<Vec<_>>());

@@ -68,7 +68,7 @@ fn shortened(command: Command) -> Command {
         format!("All options with their defaults, and examples: overcoat {} --help", command.get_name());
     let command = command.mut_args(|argument| {
         let is_usual = !draws || USUAL.contains(&argument.get_id().as_str());
-        // What belongs to another option is told where that is.
+        // Options that modify another one are listed by --help alone.
         let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
         if is_usual && !help.starts_with("With --") { in_few_words(argument) } else { argument.hide(true) }
     });

@@ -399,7 +399,7 @@ impl Reading {
                 return Ok(());
             }
             polygon.clear();
-            // Where the corners of a triangle are does not matter.
+            // Positions matter to the triangulation of polygons alone.
             let near = |&corner: &i64| match corners.len() {
                 3 => clusters.has(corner).then_some((corner as u32, [0.0; 3])),
                 _ => Some((corner as u32, clusters.near(corner)?)),
