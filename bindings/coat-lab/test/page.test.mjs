@@ -14,22 +14,12 @@ const skip = existsSync(join(root, "bindings/wasm/node_modules/playwright-core")
 const shots = process.env.SCREENSHOTS;
 if (shots) mkdirSync(shots, { recursive: true });
 
-/** Opens the page in a browser; fails if it asks another server, or an error is not handled. */
+/** Opens the page in a browser. */
 async function withPage(use) {
-  const { withBrowser } = await import("../../wasm/test/browser.js");
+  const { withPageOf } = await import("../../wasm/test/browser.js");
   const server = await serve(0, join(root, "docs/src"));
   try {
-    await withBrowser(async (browser) => {
-      const page = await browser.newPage();
-      const trouble = [];
-      page.on("pageerror", (error) => trouble.push(error.stack));
-      page.on("request", (request) => {
-        const url = request.url();
-        if (!url.startsWith(server.url) && !/^(blob|data):/.test(url)) trouble.push(`asks for ${url}`);
-      });
-      await use(page, `${server.url}/coat-lab/`);
-      assert.deepEqual(trouble, []);
-    });
+    await withPageOf(server, (page) => use(page, `${server.url}/coat-lab/`));
   } finally {
     server.close();
   }

@@ -1,4 +1,5 @@
 // A headless Chromium for tests.
+import assert from "node:assert/strict";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -24,4 +25,19 @@ export async function withBrowser(use) {
     await browser.close();
     rmSync(folder, { recursive: true, force: true });
   }
+}
+
+/** Runs a function with a page of a server; fails if the page asks another one, or an error is not handled. */
+export function withPageOf(server, use) {
+  return withBrowser(async (browser) => {
+    const page = await browser.newPage();
+    const trouble = [];
+    page.on("pageerror", (error) => trouble.push(error.stack));
+    page.on("request", (request) => {
+      const url = request.url();
+      if (!url.startsWith(server.url) && !/^(blob|data):/.test(url)) trouble.push(`asks for ${url}`);
+    });
+    await use(page);
+    assert.deepEqual(trouble, []);
+  });
 }

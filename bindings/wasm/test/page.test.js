@@ -7,28 +7,20 @@ import test from "node:test";
 import { render } from "../js/index.js";
 import { serve } from "../scripts/serve.mjs";
 import { model, native } from "./common.js";
-import { withBrowser } from "./browser.js";
+import { withPageOf } from "./browser.js";
 
 const folder = mkdtempSync(join(tmpdir(), "overcoat-page-"));
 /** Where pictures of the page go for whoever wants to look: SCREENSHOTS=folder. */
 const shots = process.env.SCREENSHOTS;
 if (shots) mkdirSync(shots, { recursive: true });
 
-/** A page of the server; fails if it asks anyone else, or an error is not handled. */
+/** Opens a path of the server in a browser. */
 async function withPage(path, use) {
   const server = await serve();
   try {
-    await withBrowser(async (browser) => {
-      const page = await browser.newPage();
-      const trouble = [];
-      page.on("pageerror", (error) => trouble.push(error.stack));
-      page.on("request", (request) => {
-        const url = request.url();
-        if (!url.startsWith(server.url) && !/^(blob|data):/.test(url)) trouble.push(`asks for ${url}`);
-      });
+    await withPageOf(server, async (page) => {
       await page.goto(`${server.url}${path}`);
       await use(page, server);
-      assert.deepEqual(trouble, []);
     });
   } finally {
     server.close();
