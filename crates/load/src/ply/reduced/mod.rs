@@ -273,7 +273,8 @@ impl Large<'_> {
         let vertices = Items::new(self.vertices);
         let with_colors = vertices.slots.has(COLOR..COLOR + 3);
         let mut end = reading.vertices(&vertices, with_colors, &mut stream)?;
-        for element in self.after {
+        // Items of nothing take no bytes, and a file may claim any number of them.
+        for element in self.after.iter().filter(|element| !element.properties.is_empty()) {
             if end.is_some() {
                 break;
             }

@@ -220,3 +220,12 @@ fn what_ends_early_is_drawn_as_far_as_it_goes_and_the_rest_is_left_to_the_limits
         String::from_utf8(relief(64, Kind::Text, 0.0)).unwrap().replace("element face", "element tristrips");
     assert!(matches!(from_file(text.as_bytes(), &limits), Err(LoadError::Limit(_)) | Ok(_)));
 }
+
+#[test]
+fn items_of_nothing_take_no_time() {
+    let mut bytes = relief(128, Kind::Little, 0.0);
+    let at = bytes.windows(12).position(|w| w == b"element face").unwrap();
+    bytes.splice(at..at, *b"element nothing 999999999999999999\n");
+    let loaded = from_file(&bytes, &Limits::default().with_triangles(8000)).unwrap();
+    assert!(loaded.scene.triangle_count() > 1500 && loaded.warnings.len() == 1, "{:?}", loaded.warnings);
+}
