@@ -150,7 +150,10 @@ impl<'a> GroundView<'a> {
     /// The floor itself at places of which so much is there, as light arrives.
     #[inline(always)]
     fn lit<L: Lanes>(&self, l: L, place: [L::F; 2], distance: L::F, there: L::F) -> Seen<L> {
-        let of_lamps = self.lamps.as_ref().map(|lamps| lamps.irradiance(l, place, distance));
+        let of_lamps = match &self.lamps {
+            Some(lamps) => Some(lamps.irradiance(l, place, distance)),
+            None => None,
+        };
         match (self.color, of_lamps) {
             (None, None) => {
                 let [shadow] = self.light.look_up(l, place);

@@ -315,27 +315,48 @@ impl<L: Lanes> Surroundings<L> {
         if !same.any() {
             return [zero; TracedLobe::COUNT];
         }
-        let squared = |v: &[L::F; 3]| (v[0].squared() + v[1].squared()) + v[2].squared();
         let apart: [L::F; 3] = each!(k => window.load(l, POSITION + k, at) - self.position[k]);
         let height = (apart[0] * self.face[0] + apart[1] * self.face[1]) + apart[2] * self.face[2];
         let room = squared(&apart) * PLANE;
         let some = room.gt(zero);
         let level = some.select((room - height.squared()) / some.select(room, one), one);
         let level = (same & level.gt(zero)).select(level, zero);
-        let turned = |k: usize| -> L::F {
-            let apart: [L::F; 3] = each!(c => window.load(l, NORMALS[k] + c, at) - self.normals[k][c]);
-            squared(&apart)
-        };
-        let base = turned(0);
-        let reflected = |k: usize, turned: L::F| {
-            let [turn, rougher] = self.slopes[k];
-            let rougher = (window.load(l, ALPHA + k, at) - self.alpha[k]).abs() * rougher;
-            level * (turned * turn).one_minus().at_least(0.0) * rougher.one_minus().at_least(0.0)
-        };
-        [
-            level * (base * (1.0 / TURNED)).one_minus().at_least(0.0),
-            if self.most[1] > 0.0 { reflected(0, base) } else { zero },
-            if self.most[2] > 0.0 { reflected(1, turned(1)) } else { zero },
-        ]
+        let base = self.turned(l, window, at, 0);
+        let mut alike = [level * (base * (1.0 / TURNED)).one_minus().at_least(0.0), zero, zero];
+        if self.most[1] > 0.0 {
+            alike[1] = self.reflects_alike(l, window, at, 0, (level, base));
+        }
+        if self.most[2] > 0.0 {
+            alike[2] = self.reflects_alike(l, window, at, 1, (level, self.turned(l, window, at, 1)));
+        }
+        alike
     }
+
+    /// Squared distance of the unit normals of blocks, of the base or the coat, from its own.
+    #[inline(always)]
+    fn turned(&self, l: L, window: &LightWindow, at: usize, which: usize) -> L::F {
+        let apart: [L::F; 3] = each!(c => window.load(l, NORMALS[which] + c, at) - self.normals[which][c]);
+        squared(&apart)
+    }
+
+    /// Likeness of the lobes of blocks, of the base or the coat, that lie in one plane by `level` and whose normals are so far
+    /// [`turned`](Self::turned).
+    #[inline(always)]
+    fn reflects_alike(
+        &self,
+        l: L,
+        window: &LightWindow,
+        at: usize,
+        which: usize,
+        (level, turned): (L::F, L::F),
+    ) -> L::F {
+        let [turn, rougher] = self.slopes[which];
+        let rougher = (window.load(l, ALPHA + which, at) - self.alpha[which]).abs() * rougher;
+        level * (turned * turn).one_minus().at_least(0.0) * rougher.one_minus().at_least(0.0)
+    }
+}
+
+#[inline(always)]
+fn squared<F: Float>(v: &[F; 3]) -> F {
+    (v[0].squared() + v[1].squared()) + v[2].squared()
 }

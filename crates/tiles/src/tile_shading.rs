@@ -155,9 +155,10 @@ pub fn shade_fragments<L: Lanes>(
     let traced = &pass.effects.traced;
     if pass.traces() {
         let memory = (&mut *batch, planes);
-        return traced
-            .as_ref()
-            .is_none_or(|traced| light.send_all(l, (pass, traced), input, order, memory, &mut job.traced));
+        return match traced {
+            Some(traced) => light.send_all(l, (pass, traced), input, order, memory, &mut job.traced),
+            None => true,
+        };
     }
     if pass.only_counts() {
         return true;

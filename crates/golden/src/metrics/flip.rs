@@ -7,6 +7,7 @@
 //! `flip-evaluator` 1.7 to 1e-3; a test records values of theirs.
 
 use overcoat_core::dispatch_available;
+use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask, SimdLevel};
 use overcoat_core::math::{double, pow};
 
@@ -170,22 +171,18 @@ pub(super) fn map<L: Lanes>(
             let line = &mut out[(top + row) * width..][..width];
             let mut x = 0;
             while x < width {
-                let column = |band: &[f32], plane: usize, taps: &[f32]| {
-                    let first = row + halo - taps.len() / 2;
-                    let start = (plane * band_rows + first) * stride + x;
-                    convolve_column(l, &band[start..], stride, taps)
-                };
+                let at = InBand { row: row + halo, x, rows: band_rows, stride };
                 let colour = colour_difference(
                     l,
                     &colour_scale,
                     &bands,
                     #[inline(always)]
-                    |band, plane| column(band, plane, &filters.spatial[plane]),
+                    |band, plane| at.convolve(l, band, plane, &filters.spatial[plane]),
                 );
                 let feature = feature_difference(
                     &bands,
                     #[inline(always)]
-                    |band, plane, taps| column(band, 4 + plane, &filters.feature[taps]),
+                    |band, plane, taps| at.convolve(l, band, 4 + plane, &filters.feature[taps]),
                 );
                 // c^(1 - f), where 0 stays 0 whatever the exponent.
                 let error = pow(l, colour, feature.one_minus());
@@ -198,6 +195,27 @@ pub(super) fn map<L: Lanes>(
         top += rows;
     }
     out
+}
+
+/// Sixteen columns of a row of a band.
+#[derive(Clone, Copy)]
+struct InBand {
+    row: usize,
+    /// The first of the columns.
+    x: usize,
+    /// Rows of each plane, and numbers of each row.
+    rows: usize,
+    stride: usize,
+}
+
+impl InBand {
+    /// A plane filtered in y about the row.
+    #[inline(always)]
+    fn convolve<L: Lanes>(&self, l: L, band: &[f32], plane: usize, taps: &[f32]) -> L::F {
+        let first = self.row - taps.len() / 2;
+        let start = (plane * self.rows + first) * self.stride + self.x;
+        convolve_column(l, &band[start..], self.stride, taps)
+    }
 }
 
 /// A row of a picture in the opponent colours Y, Cx, Cz, with `halo` pixels of its edges on both sides.
@@ -262,17 +280,37 @@ fn convolve_column<L: Lanes>(l: L, from: &[f32], stride: usize, taps: &[f32]) ->
 /// Linear Rec. 709 to CIE XYZ relative to white.
 #[inline(always)]
 fn to_xyz<F: Float>([r, g, b]: [F; 3]) -> [F; 3] {
-    let row = |m: [f64; 3], white: f32| {
-        let m = [m[0] as f32, m[1] as f32, m[2] as f32];
-        (r * m[0] + g * m[1] + b * m[2]) * white
-    };
-    let [wx, wy, wz] = INVERSE_ILLUMINANT;
-    [
-        row([10_135_552.0 / 24_577_794.0, 8_788_810.0 / 24_577_794.0, 4_435_075.0 / 24_577_794.0], wx),
-        row([2_613_072.0 / 12_288_897.0, 8_788_810.0 / 12_288_897.0, 887_015.0 / 12_288_897.0], wy),
-        row([1_425_312.0 / 73_733_382.0, 8_788_810.0 / 73_733_382.0, 70_074_185.0 / 73_733_382.0], wz),
-    ]
+    each!(k => {
+        let m = TO_XYZ[k];
+        (r * m[0] + g * m[1] + b * m[2]) * INVERSE_ILLUMINANT[k]
+    })
 }
+
+/// Rows of the matrix from linear Rec. 709 to CIE XYZ.
+const TO_XYZ: [[f32; 3]; 3] = [
+    [
+        (10_135_552.0_f64 / 24_577_794.0) as f32,
+        (8_788_810.0_f64 / 24_577_794.0) as f32,
+        (4_435_075.0_f64 / 24_577_794.0) as f32,
+    ],
+    [
+        (2_613_072.0_f64 / 12_288_897.0) as f32,
+        (8_788_810.0_f64 / 12_288_897.0) as f32,
+        (887_015.0_f64 / 12_288_897.0) as f32,
+    ],
+    [
+        (1_425_312.0_f64 / 73_733_382.0) as f32,
+        (8_788_810.0_f64 / 73_733_382.0) as f32,
+        (70_074_185.0_f64 / 73_733_382.0) as f32,
+    ],
+];
+
+/// Rows of the matrix back.
+const TO_RGB: [[f32; 3]; 3] = [
+    [3.241_003_3, -1.537_398_9, -0.498_615_86],
+    [-0.969_224_33, 1.875_930_1, 0.041_554_224],
+    [0.055_639_423, -0.204_011_2, 1.057_148_9],
+];
 
 /// Opponent colours to linear Rec. 709, cut to what a display shows.
 #[inline(always)]
@@ -281,25 +319,18 @@ fn to_rgb<F: Float>([y, cx, cz]: [F; 3]) -> [F; 3] {
     let [wx, wy, wz] = ILLUMINANT;
     let (x, z) = ((cx / 500.0 + y) * wx, (y - cz / 200.0) * wz);
     let y = y * wy;
-    let row = |a: f32, b: f32, c: f32| (x * a + y * b + z * c).saturate();
-    [
-        row(3.241_003_3, -1.537_398_9, -0.498_615_86),
-        row(-0.969_224_33, 1.875_930_1, 0.041_554_224),
-        row(0.055_639_423, -0.204_011_2, 1.057_148_9),
-    ]
+    each!(m in TO_RGB => (x * m[0] + y * m[1] + z * m[2]).saturate())
 }
 
 /// CIELAB with the Hunt effect: colours of dark pixels count less.
 #[inline(always)]
 fn hunt_lab<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
-    let [x, y, z] = to_xyz(rgb);
-    let f = |t: L::F| {
+    let [x, y, z] = each!(t in to_xyz(rgb) => {
         let linear = t * (841.0 / 108.0) + 4.0 / 29.0;
         let cube = l.splat(216.0 / 24389.0);
         // A negative zero or less has no root and takes the linear part.
         t.gt(cube).select(pow(l, t.max(cube), l.splat(1.0 / 3.0)), linear)
-    };
-    let [x, y, z] = [f(x), f(y), f(z)];
+    });
     let lightness = y * 116.0 - 16.0;
     let hunt = lightness * 0.01;
     [lightness, hunt * (x - y) * 500.0, hunt * (y - z) * 200.0]
@@ -338,11 +369,11 @@ fn colour_difference<L: Lanes>(
     bands: &[Vec<f32>; 2],
     column: impl Fn(&[f32], usize) -> L::F,
 ) -> L::F {
-    let lab = |band: &[f32]| {
+    let [reference, test] = each!(band in [&bands[0], &bands[1]] => {
         let cz = column(band, 2) + column(band, 3);
         hunt_lab(l, to_rgb([column(band, 0), column(band, 1), cz]))
-    };
-    let distance = pow(l, hyab(lab(&bands[0]), lab(&bands[1])), l.splat(COLOUR_EXPONENT));
+    });
+    let distance = pow(l, hyab(reference, test), l.splat(COLOUR_EXPONENT));
     let above = (distance - scale.bend) * scale.slope_above + BEND_TO;
     distance.lt(l.splat(scale.bend)).select(distance * scale.slope_below, above)
 }
@@ -350,12 +381,13 @@ fn colour_difference<L: Lanes>(
 /// Difference of edges and points, 0 to 1. `column` filters a plane in y by the Gaussian (0) or its derivatives.
 #[inline(always)]
 fn feature_difference<F: Float>(bands: &[Vec<f32>; 2], column: impl Fn(&[f32], usize, usize) -> F) -> F {
-    let strength = |band: &[f32], derivative: usize| {
-        let (dx, dy) = (column(band, derivative, 0), column(band, 0, derivative));
-        // The achromatic channel runs from -16 to 100.
-        (dx * dx + dy * dy).sqrt() / 116.0
-    };
-    let edges = (strength(&bands[0], 1) - strength(&bands[1], 1)).abs();
-    let points = (strength(&bands[0], 2) - strength(&bands[1], 2)).abs();
+    let [edges, points] = each!(derivative in [1, 2] => {
+        let [reference, test] = each!(band in [&bands[0], &bands[1]] => {
+            let (dx, dy) = (column(band, derivative, 0), column(band, 0, derivative));
+            // The achromatic channel runs from -16 to 100.
+            (dx * dx + dy * dy).sqrt() / 116.0
+        });
+        (reference - test).abs()
+    });
     (edges.max(points) * std::f32::consts::FRAC_1_SQRT_2).sqrt()
 }

@@ -424,9 +424,8 @@ impl VertexLanes {
     /// A place of each lane's draw, in world space.
     #[inline(always)]
     pub fn to_world<L: Lanes>(&self, l: L, draws: &[Draw<'_>], place: V3<L>) -> V3<L> {
-        let shift = |axis: usize| self.number(l, draws, |draw| draw.position_matrix[axis][3]);
         let turned = self.transform(l, draws, |d| d.position_matrix.map(|[x, y, z, _]| [x, y, z]), place);
-        turned + Vec3::new(shift(0), shift(1), shift(2))
+        turned + vec3!(axis => self.number(l, draws, |draw| draw.position_matrix[axis][3]))
     }
 
     /// A matrix of each lane's draw, applied to a vector.

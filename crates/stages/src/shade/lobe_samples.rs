@@ -1,6 +1,7 @@
 //! Directions for rays: a fixed set of points of low discrepancy, turned from pixel to pixel, and the lobes that they are
 //! mapped onto.
 
+use overcoat_core::each;
 use overcoat_core::math::double;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
@@ -100,7 +101,7 @@ impl LobeSamples {
                 planes[k][lane] = turn[k];
             }
         }
-        planes.map(|plane| l.load(&plane))
+        each!(k => l.load(&planes[k]))
     }
 
     /// One point as sixteen pixels have it: cosine and sine of its angle, and the second coordinate.
@@ -143,13 +144,16 @@ pub(super) fn ggx_direction<L: Lanes>(
     let cap = Vec3::new(radius * cos, radius * sin, z) + stretched;
     let half = Vec3::new(cap.x * alpha, cap.y * alpha, cap.z.at_least(1e-6)).normalize();
     let towards = (-v).reflect(half);
-    let lambda = |z: L::F| {
-        let square = z.squared().at_least(1e-8);
-        let tangent_2 = square.one_minus().at_least(0.0) / square;
-        ((tangent_2 * alpha.squared() + 1.0).sqrt() + 1.0) * 0.5
-    };
-    let own = lambda(v.z);
+    let own = lambda_plus_one(alpha, v.z);
     let below = towards.z.le(l.zero());
-    let weight = below.select(l.zero(), own / (own + lambda(towards.z) - 1.0));
+    let weight = below.select(l.zero(), own / (own + lambda_plus_one(alpha, towards.z) - 1.0));
     (*tangent * towards.x + *bitangent * towards.y + *normal * towards.z, weight)
+}
+
+/// Smith's Lambda of GGX and 1, of a direction with this cosine.
+#[inline(always)]
+fn lambda_plus_one<F: Float>(alpha: F, cosine: F) -> F {
+    let square = cosine.squared().at_least(1e-8);
+    let tangent_2 = square.one_minus().at_least(0.0) / square;
+    ((tangent_2 * alpha.squared() + 1.0).sqrt() + 1.0) * 0.5
 }

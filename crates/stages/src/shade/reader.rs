@@ -65,6 +65,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
     }
 
     /// Requests the levels that [`Reader::read`] reads of a texture, and reads none.
+    #[inline(always)]
     pub(super) fn ask(&self, texture: &TextureRef) {
         let of = &self.context.textures[texture.texture.index()];
         if of.bands().is_some() {
@@ -74,6 +75,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
     }
 
     /// Requests the texels that [`ReadingPlan::read`] reads.
+    #[inline(always)]
     pub(super) fn ask_for_plan<const N: usize>(&self, plan: &ReadingPlan<'_, N>) {
         for group in plan.groups.iter().flatten() {
             let (uv, footprint) = self.place(group.first);

@@ -85,7 +85,7 @@ fn refracted<L: Lanes>(
     let [roughness, _] = shaded_roughness(l, context, material, planes);
     let [thickness] = get(l, planes, layout::VOLUME_THICKNESS);
     let roughness = refracted_roughness(material, roughness);
-    let levels = [roughness, opacity_roughness(roughness)].map(|r| blur(l, backdrop, r).to_array());
+    let levels = each!(r in [roughness, opacity_roughness(roughness)] => blur(l, backdrop, r).to_array());
     let scattered = if context.environment.is_dark() { l.zero() } else { roughness };
     let scatters = scattered.gt(l.zero()).any();
     let is_thin = thickness.le(l.zero());

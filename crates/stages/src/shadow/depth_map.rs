@@ -379,8 +379,8 @@ pub(super) fn open<L: Lanes>(
 #[inline(always)]
 pub(super) fn depth_at<L: Lanes>(l: L, texels: &[u32], size: usize, first: L::I, [x, y]: [L::F; 2]) -> L::I {
     let last = (size - 2) as f32;
-    let place = |v: L::F| (v + 0.5).clamp_to(0.0, last).floor();
-    let index = (place(y) * size as f32 + place(x)).to_int() + first;
+    let [column, row] = each!(v in [x, y] => (v + 0.5).clamp_to(0.0, last).floor());
+    let index = (row * size as f32 + column).to_int() + first;
     let [depth, _] = l.gather_pairs_u32(texels, index);
     depth & 0xffff
 }

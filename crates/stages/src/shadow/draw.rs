@@ -339,7 +339,11 @@ fn draw_cut<L: Lanes>(
                 continue;
             }
             let Some([columns, rows]) = texels_of(&corners, size) else { continue };
-            work += draw_large(l, &corners, [columns[0], rows[0]], [columns[1], rows[1]], size, map);
+            let (first, end) = ([columns[0], rows[0]], [columns[1], rows[1]]);
+            work += l.run(
+                #[inline(always)]
+                || draw_large(l, &corners, first, end, size, map),
+            );
         }
     }
     work

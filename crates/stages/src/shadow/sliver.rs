@@ -40,8 +40,7 @@ impl<L: Lanes> Slivers<L> {
     /// Finds slivers among triangles whose texels lie from `first` to `end` (columns, rows).
     #[inline(always)]
     pub(super) fn find(l: L, [x, y]: &[[L::F; 3]; 2], first: [L::F; 2], end: [L::F; 2]) -> Self {
-        let extent = |c: &[L::F; 3]| c[0].max(c[1]).max(c[2]) - c[0].min(c[1]).min(c[2]);
-        let [width, height] = [extent(x), extent(y)];
+        let [width, height] = each!(c in [x, y] => c[0].max(c[1]).max(c[2]) - c[0].min(c[1]).min(c[2]));
         let tall = width.le(height);
         let along: [L::F; 3] = each!(k => tall.select(y[k], x[k]));
         let across: [L::F; 3] = each!(k => tall.select(x[k], y[k]));
@@ -49,9 +48,9 @@ impl<L: Lanes> Slivers<L> {
         // The line runs from the corner where the axis begins to the one where it ends.
         let low = along[0].min(along[1]).min(along[2]);
         let high = along[0].max(along[1]).max(along[2]);
-        let at =
-            |end: L::F| along[0].eq(end).select(across[0], along[1].eq(end).select(across[1], across[2]));
-        let (from, to) = (at(low), at(high));
+        let [from, to] = each!(end in [low, high] => {
+            along[0].eq(end).select(across[0], along[1].eq(end).select(across[1], across[2]))
+        });
         let double_area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
         let wide = double_area.abs() / length;
         let largest = each!(c in [x, y] => c[0].abs().max(c[1].abs()).max(c[2].abs()));

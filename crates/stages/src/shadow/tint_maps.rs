@@ -331,8 +331,8 @@ fn extent(words: &[u32], size: usize) -> [[f32; 2]; 2] {
 #[inline(always)]
 fn nearest<L: Lanes>(l: L, (words, size): (&[u32], usize), first: L::I, [x, y]: [L::F; 2]) -> (L::I, V3<L>) {
     let last = (size - 1) as f32;
-    let place = |v: L::F| (v + 0.5).clamp_to(0.0, last).floor();
-    read(l, words, (place(y) * size as f32 + place(x)).to_int() + first)
+    let [column, row] = each!(v in [x, y] => (v + 0.5).clamp_to(0.0, last).floor());
+    read(l, words, (row * size as f32 + column).to_int() + first)
 }
 
 /// Depth and colour of a texel.

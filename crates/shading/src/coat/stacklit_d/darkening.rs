@@ -4,7 +4,7 @@ use super::trapped::MEAN_SCHLICK_WEIGHT;
 use super::{Base, Coat, Coated, SurfaceData, coated};
 use crate::brdf::table::Table;
 use overcoat_core::math::lanes::{Float, Lanes};
-use overcoat_core::math::vec3::V3;
+use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_core::vec3;
 
 /// Least albedo that is divided by.
@@ -40,8 +40,6 @@ impl<L: Lanes> Darkening<L> {
         let base = Base::new(l, data, normal);
         let Coated { trapped, medium, around, back, beyond, base: seen, .. } =
             coated(l, coat, &base, None, view, table);
-        let over =
-            |inside: V3<L>, outside: V3<L>| inside / vec3!(o in outside * medium => o.at_least(LEAST_ALBEDO));
         // White light that reaches the coat from beneath: in the lobe, and after it was caught beyond the cone of escape.
         let escapes = (back + beyond).one_minus().at_least(0.0);
         let specular = around * (seen.albedo * medium * escapes + trapped.mirrored * trapped.even * beyond);
@@ -51,8 +49,14 @@ impl<L: Lanes> Darkening<L> {
         let lambert = back.one_minus() * base.albedo / (base.albedo * back).one_minus().at_least(1e-4);
         Self {
             left: seen.left,
-            lambert: over(trapped.diffuse * trapped.escape, lambert),
-            specular: over(specular, base.seen(l, table, view, l.zero()).albedo),
+            lambert: over(trapped.diffuse * trapped.escape, lambert * medium),
+            specular: over(specular, base.seen(l, table, view, l.zero()).albedo * medium),
         }
     }
+}
+
+/// What is seen through a coat over what would be without, of which black counts as [`LEAST_ALBEDO`].
+#[inline(always)]
+fn over<F: Float>(inside: Vec3<F>, outside: Vec3<F>) -> Vec3<F> {
+    inside / vec3!(o in outside => o.at_least(LEAST_ALBEDO))
 }

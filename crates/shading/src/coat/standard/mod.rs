@@ -333,15 +333,15 @@ pub fn surface<L: Lanes>(
             let f0 = Vec3::splat(l, [COAT_F0; 3]);
             let reflectance = Reflectance::new(l, f0, l.splat(1.0), albedos(l, table, n_dot_v, roughness));
             let transmittance = (factor * reflectance.albedo(l).x).one_minus().at_least(0.0);
-            let tinted = data.coat_color.map(
-                #[inline(always)]
-                |color| tinted(l, factor, reflectance.albedo(l).x, color, n_dot_v),
-            );
+            let tinted = match data.coat_color {
+                Some(color) => Some(tinted(l, factor, reflectance.albedo(l).x, color, n_dot_v)),
+                None => None,
+            };
             let normal = coat.normal;
-            let darkening = data.coat_darkening.map(
-                #[inline(always)]
-                |darkening| darkening.saturate() * factor,
-            );
+            let darkening = match data.coat_darkening {
+                Some(darkening) => Some(darkening.saturate() * factor),
+                None => None,
+            };
             Some(CoatSurface {
                 factor,
                 roughness,
@@ -402,10 +402,10 @@ fn darkening<L: Lanes>(
         roughness: coat.roughness,
         ior: l.splat(COAT_IOR),
         // The colour is that of a way down and up.
-        depth: data.coat_color.map(
-            #[inline(always)]
-            |color| vec3!(c in color => ln(l, c.at_least(LEAST_TRANSMITTANCE)) * -0.5),
-        ),
+        depth: match data.coat_color {
+            Some(color) => Some(vec3!(c in color => ln(l, c.at_least(LEAST_TRANSMITTANCE)) * -0.5)),
+            None => None,
+        },
         normal: coat.normal,
     };
     stacklit_d::Darkening::new(l, &base, &above, normal, view, table)

@@ -42,9 +42,8 @@ impl AdditiveModel for Babylon {
             normal_slope: None,
             geometric_normal: surface.vertex_normal,
             normal_mapped: material.normal_texture.is_some(),
-            coat: (material.coat > 0.0).then(
-                #[inline(always)]
-                || Coat {
+            coat: if material.coat > 0.0 {
+                Some(Coat {
                     intensity: surface.coat,
                     roughness: surface.coat_roughness,
                     ior: l.splat(material.lobes.coat.ior),
@@ -52,8 +51,10 @@ impl AdditiveModel for Babylon {
                     normal_slope: None,
                     remaps_f0: material.options.babylon.remap_f0,
                     tint: tint(l, material, surface),
-                },
-            ),
+                })
+            } else {
+                None
+            },
             anisotropy: (material.lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
                 // The tangent is turned already.
                 intensity: strength,

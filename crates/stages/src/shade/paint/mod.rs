@@ -445,8 +445,8 @@ fn among_others<L: Lanes>(l: L, planes: &SurfacePlanes, color: V3<L>, [normal, v
     let n_dot_l = (n_dot_h * v_dot_h * 2.0 - n_dot_v).clamp_to(0.0, 1.0);
     // Height-correlated masking and shadowing of GGX (Heitz 2014, equation 99).
     let alpha2 = roughness.squared().squared();
-    let part = |x: L::F, y: L::F| x * (y.squared() * alpha2.one_minus() + alpha2).sqrt();
-    let both = part(n_dot_v, n_dot_l) + part(n_dot_l, n_dot_v);
+    let both = n_dot_v * (n_dot_l.squared() * alpha2.one_minus() + alpha2).sqrt()
+        + n_dot_l * (n_dot_v.squared() * alpha2.one_minus() + alpha2).sqrt();
     let seen = n_dot_l * v_dot_h * 2.0 / (both * n_dot_h).at_least(1e-6);
     let [_, once]: [L::F; 2] = tables::ggx_albedo().fetch_first(l, n_dot_v.sqrt(), roughness);
     overcoat_core::vec3!(c in color => {

@@ -60,7 +60,22 @@ impl Inside {
 
 impl TracedLight<'_> {
     /// Follows a ray through clear surfaces up to its end.
+    #[inline(never)]
     pub(super) fn through<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        ray: &Ray,
+        scratch: &mut TraceScratch,
+    ) -> Through {
+        l.run(
+            #[inline(always)]
+            || self.follow(l, context, ray, scratch),
+        )
+    }
+
+    #[inline(always)]
+    fn follow<L: Lanes>(
         &self,
         l: L,
         context: &ShadeContext<'_>,
@@ -72,7 +87,15 @@ impl TracedLight<'_> {
         let mut rest = *ray;
         for seen in &mut through.seen {
             let traversal = &mut scratch.traversal;
-            let Some(hit) = self.clear.hierarchy.nearest(l, &rest, traversal, |_| true) else { break };
+            let Some(hit) = self.clear.hierarchy.nearest(
+                l,
+                &rest,
+                traversal,
+                #[inline(always)]
+                |_| true,
+            ) else {
+                break;
+            };
             let crossing = self.crossing(l, context, (&hit, ray.direction), scratch);
             *seen = crossing.is_seen.then_some((hit, through.tint));
             if crossing.is_front {
@@ -98,6 +121,7 @@ impl TracedLight<'_> {
     }
 
     /// Effect of a clear surface on a ray of a direction.
+    #[inline(always)]
     fn crossing<L: Lanes>(
         &self,
         l: L,

@@ -201,9 +201,13 @@ impl TracedLight<'_> {
             let TraceScratch { traversal, batch, .. } = scratch;
             // An occluder is a surface whose front the light sees.
             let along = direction.map(|v| -v);
-            let blocked = self
-                .hierarchy
-                .is_blocked(l, &ray, traversal, |hit| self.is_seen(l, context, (hit, along), batch));
+            let blocked = self.hierarchy.is_blocked(
+                l,
+                &ray,
+                traversal,
+                #[inline(always)]
+                |hit| self.is_seen(l, context, (hit, along), batch),
+            );
             if blocked {
                 continue;
             }

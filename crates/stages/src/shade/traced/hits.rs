@@ -99,12 +99,15 @@ impl TracedLight<'_> {
                 known = Some((number, SurfaceReading::of(context, material, model.reads_lobes())));
             }
             let Some((_, reading)) = &known else { continue };
-            let place = l.run(
+            let mut surface = l.run(
                 #[inline(always)]
-                || self.gather(l, context, sixteen, hits, batch),
+                || {
+                    let place = self.gather(l, context, sixteen, hits, batch);
+                    let mut surface = SurfacePlace::none(l);
+                    surface.find_hits(l, context, reading, batch, place);
+                    surface
+                },
             );
-            let mut surface = SurfacePlace::none(l);
-            surface.find_hits(l, context, reading, batch, place);
             store_surface(l, context, reading, batch, &mut surface, planes);
             let lets_through = material.transmits() || material.alpha_mode == AlphaMode::Blend;
             if lets_through {

@@ -302,7 +302,13 @@ impl TracedLight<'_> {
         traversal: &mut Traversal,
         batch: &mut Batch,
     ) -> Option<Hit> {
-        self.hierarchy.nearest(l, ray, traversal, |hit| self.is_seen(l, context, (hit, ray.direction), batch))
+        self.hierarchy.nearest(
+            l,
+            ray,
+            traversal,
+            #[inline(always)]
+            |hit| self.is_seen(l, context, (hit, ray.direction), batch),
+        )
     }
 
     /// True if one who looks along a direction sees a triangle where it is hit: its front unless it is double-sided, and where
