@@ -9,6 +9,8 @@ use super::plane::Plane;
 use super::scan::Coefficients;
 use super::transform::{Block, Dequantized, variance};
 use super::{Jpeg, MOST_HALVINGS};
+use overcoat_core::dispatch;
+use overcoat_core::math::lanes::SimdLevel;
 use std::ops::{Range, RangeInclusive};
 
 /// Sum of the variances of a unit's blocks, in squares of codes, up to which its texels are taken for their mean. The code of the mean
@@ -105,8 +107,14 @@ impl Stripes {
         }
     }
 
-    /// Transforms the blocks of the next row of units.
+    /// Transforms the blocks of the next row of units, with the widest vectors that the compiler has here.
     fn transform(&mut self, frame: &Frame<'_>, blocks: &[Vec<Block>]) {
+        dispatch!(SimdLevel::best(), _l => self.transform_blocks(frame, blocks));
+    }
+
+    /// [`Stripes::transform`] by the instruction set of the caller.
+    #[inline(always)]
+    fn transform_blocks(&mut self, frame: &Frame<'_>, blocks: &[Vec<Block>]) {
         let Self { whole, planes, halves, varied: [_, varied], uniform: [_, uniform], .. } = self;
         find_varied(frame, blocks, varied);
         // The mean of all samples of a block needs no transform.
@@ -132,27 +140,17 @@ impl Stripes {
                         column.checked_div(x).and_then(|unit| varied.get(unit)).is_some_and(|varied| *varied);
                     let is_whole = *whole || is_halved || is_varied;
                     let is_needed = block.last > 0 && (is_whole || is_finer);
-                    let numbers = is_needed.then(|| Dequantized::new(block, &component.steps));
-                    let write = |plane: &mut Plane, fold: u32| {
-                        let side = 8_usize >> fold;
-                        let start = row.saturating_mul(side).saturating_mul(plane.stride);
-                        let start = start.saturating_add(column.saturating_mul(side));
-                        match &numbers {
-                            Some(numbers) if fold < MOST_HALVINGS => {
-                                numbers.means([fold; 2], &mut plane.next, start, plane.stride);
-                            }
-                            _ => {
-                                fill(&mut plane.next, start, plane.stride, side, block.mean(&component.steps))
-                            }
-                        }
-                    };
+                    let numbers =
+                        if is_needed { Some(Dequantized::new(block, &component.steps)) } else { None };
+                    let mean = block.mean(&component.steps);
+                    let of = (numbers.as_ref(), mean);
                     if is_whole {
-                        write(plane, 0);
+                        write(plane, [column, row], 0, of);
                     }
                     if !is_varied {
                         for half in halves.iter_mut() {
                             if let Some(Some(plane)) = half.means.get_mut(number) {
-                                write(plane, half.halvings);
+                                write(plane, [column, row], half.halvings, of);
                             }
                         }
                     }
@@ -293,6 +291,26 @@ impl Stripes {
     }
 }
 
+/// Writes the samples of a block, or the means of `1 << fold` of them along each side, to where it lies in a plane: of its mean alone
+/// where that is all there is.
+#[inline(always)]
+fn write(
+    plane: &mut Plane,
+    [column, row]: [usize; 2],
+    fold: u32,
+    (numbers, mean): (Option<&Dequantized>, f32),
+) {
+    let side = 8_usize >> fold;
+    let start = row.saturating_mul(side).saturating_mul(plane.stride);
+    let start = start.saturating_add(column.saturating_mul(side));
+    match numbers {
+        Some(numbers) if fold < MOST_HALVINGS => {
+            numbers.means([fold; 2], &mut plane.next, start, plane.stride);
+        }
+        _ => fill(&mut plane.next, start, plane.stride, side, mean),
+    }
+}
+
 /// Writes one sample to so many columns and rows.
 #[inline(always)]
 fn fill(plane: &mut [f32], start: usize, stride: usize, side: usize, sample: f32) {
@@ -359,12 +377,15 @@ fn fill_uniform(uniform: &[Option<[u8; 4]>], side: usize, row: &mut [[u8; 4]]) {
 fn paint([luma, blue, red]: [&[f32]; 3], run: &Range<usize>, texels: &mut [[u8; 4]]) {
     let (Some(luma), Some(texels)) = (luma.get(run.clone()), texels.get_mut(run.clone())) else { return };
     match (blue.get(run.clone()), red.get(run.clone())) {
-        (Some(blue), Some(red)) if !blue.is_empty() => colors(luma, blue, red, texels),
+        (Some(blue), Some(red)) if !blue.is_empty() => {
+            dispatch!(SimdLevel::best(), _l => colors(luma, blue, red, texels));
+        }
         _ => greys(luma, texels),
     }
 }
 
 /// Texels of samples (ITU-T T.871, clause 7).
+#[inline(always)]
 fn colors(luma: &[f32], blue: &[f32], red: &[f32], texels: &mut [[u8; 4]]) {
     for ((texel, &luma), (&blue, &red)) in texels.iter_mut().zip(luma).zip(blue.iter().zip(red)) {
         let [blue, red] = [blue - 128.0, red - 128.0];
