@@ -25,6 +25,8 @@ pub mod environment {
     pub const STUDIO: &[u8] = include_bytes!("environment/studio.env");
     /// Filtered, in three fifths of the bytes.
     pub const STUDIO_PACKED: &[u8] = include_bytes!("environment/studio.packed");
+    /// Directions of its light, of the numbers that the tiers ask for.
+    pub const STUDIO_DIRECTIONS: &[u8] = include_bytes!("environment/studio.directions");
 }
 
 /// A material file and its textures.

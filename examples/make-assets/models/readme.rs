@@ -55,7 +55,8 @@ pub fn text(models: &[Model], textures: &[&str], material_textures: &[&str]) -> 
     text.push_str(
         "\n## environment\n\n\
          `environment/studio.env`: the built-in studio light, painted and prefiltered by\n\
-         `examples/make-assets/environment.rs`; `environment/studio.packed`: the same in fewer bytes.\n\
+         `examples/make-assets/environment.rs`; `environment/studio.packed`: the same in fewer bytes;\n\
+         `environment/studio.directions`: directions that stand for its light.\n\
          \n## tables\n\n\
          What each engine integrates before it renders: `crates/shading/src/brdf/tables.rs` says what the columns mean, `crates/shading/src/brdf/integrate.rs`\n\
          integrates.\n\n\

@@ -25,6 +25,9 @@ const EVEN_SHARE: f64 = 0.4;
 /// Numbers of directions that are kept: those of the tiers, and of the floor in draft.
 pub(super) const KEPT: usize = 4;
 
+/// Numbers of directions of the studio that are made beforehand: those of the tiers.
+pub const OF_STUDIO: [usize; 3] = [48, 64, 128];
+
 /// Samples along a side of the map that is divided.
 const SIZE: usize = 129;
 
@@ -61,6 +64,9 @@ impl PrefilteredEnvironment {
     /// evenly and have no flux. Those of the first four numbers that are asked for are kept: frame after frame asks for as many.
     #[must_use]
     pub fn light_directions(&self, count: usize) -> Cow<'_, LightDirections> {
+        if let Some(made) = LightDirections::find(self.made_directions, count) {
+            return Cow::Owned(made);
+        }
         for kept in &self.directions {
             let (of, kept) = kept.get_or_init(|| (count, self.divided(count)));
             if *of == count {
@@ -71,7 +77,7 @@ impl PrefilteredEnvironment {
     }
 
     /// The same, found anew.
-    fn divided(&self, count: usize) -> LightDirections {
+    pub(super) fn divided(&self, count: usize) -> LightDirections {
         let mut found = LightDirections::default();
         let samples = Samples::of(self);
         let mut parts = vec![Part { first: [0; 2], end: [SIZE; 2], directions: count }];
@@ -80,6 +86,46 @@ impl PrefilteredEnvironment {
                 Some([first, second]) => parts.extend([second, first]),
                 None => samples.add(&part, &mut found),
             }
+        }
+        found
+    }
+}
+
+/// Numbers of a direction as bytes: the vector, the flux, the solid angle.
+const NUMBERS: usize = 7;
+
+impl LightDirections {
+    /// Directions as bytes: how many (32 bits), then seven singles of each, little endian.
+    #[cfg(any(test, feature = "pack"))]
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
+        let mut out = (self.directions.len() as u32).to_le_bytes().to_vec();
+        let parts = self.directions.iter().zip(&self.fluxes).zip(&self.solid_angles);
+        for (([x, y, z], [r, g, b]), solid_angle) in parts {
+            out.extend([x, y, z, r, g, b, solid_angle].into_iter().flat_map(|v| v.to_le_bytes()));
+        }
+        out
+    }
+
+    /// Those of so many that are written one after the other.
+    fn find(mut bytes: &[u8], count: usize) -> Option<Self> {
+        loop {
+            let (&length, rest) = bytes.split_first_chunk()?;
+            let length = u32::from_le_bytes(length) as usize;
+            let (own, others) = rest.split_at_checked(length.checked_mul(4 * NUMBERS)?)?;
+            if length == count {
+                return Some(Self::read(own.as_chunks().0));
+            }
+            bytes = others;
+        }
+    }
+
+    fn read(bytes: &[[u8; 4]]) -> Self {
+        let mut found = Self::default();
+        for numbers in bytes.as_chunks::<NUMBERS>().0 {
+            let [x, y, z, r, g, b, solid_angle] = numbers.map(f32::from_le_bytes);
+            found.directions.push([x, y, z]);
+            found.fluxes.push([r, g, b]);
+            found.solid_angles.push(solid_angle);
         }
         found
     }
@@ -283,6 +329,20 @@ mod tests {
                 let length = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
                 assert!((length - 1.0).abs() < 1e-5);
             }
+        }
+    }
+
+    /// Directions that were made beforehand are those that would be found.
+    #[test]
+    fn the_directions_of_the_studio_are_its_own() {
+        let studio = PrefilteredEnvironment::studio();
+        for count in OF_STUDIO {
+            assert_eq!(*studio.light_directions(count), studio.divided(count));
+            assert!(LightDirections::find(studio.made_directions, count).is_some());
+        }
+        assert!(LightDirections::find(studio.made_directions, 50).is_none());
+        for end in 0..40 {
+            assert!(LightDirections::find(&studio.made_directions[..end], 48).is_none());
         }
     }
 

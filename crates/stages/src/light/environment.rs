@@ -27,6 +27,8 @@ pub struct PrefilteredEnvironment {
     charlie: OnceLock<CharlieMaps>,
     /// Directions that stand for it, of the numbers that were asked for first.
     pub(super) directions: [OnceLock<(usize, LightDirections)>; KEPT],
+    /// Directions that were made beforehand, as bytes.
+    pub(super) made_directions: &'static [u8],
     /// Copies that missing levels are filtered from.
     unfiltered: Option<Arc<Pyramid>>,
 }
@@ -92,6 +94,7 @@ impl PrefilteredEnvironment {
         // Made of levels, perhaps of such as were missing.
         self.charlie = OnceLock::new();
         self.directions = Default::default();
+        self.made_directions = &[];
         if self.chain.present == Levels::ALL {
             self.unfiltered = None;
         }
@@ -136,6 +139,7 @@ impl PrefilteredEnvironment {
             found: Found::Maps,
             charlie: OnceLock::new(),
             directions: Default::default(),
+            made_directions: &[],
             unfiltered: None,
         }
     }

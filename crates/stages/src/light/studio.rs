@@ -34,8 +34,12 @@ impl PrefilteredEnvironment {
     pub fn studio() -> Arc<Self> {
         static STUDIO: OnceLock<Arc<PrefilteredEnvironment>> = OnceLock::new();
         // The file is made by this crate and compared by a test; darkness stands in for what cannot happen.
-        let read = || bytes().and_then(|bytes| Self::from_bytes(&bytes).ok()).unwrap_or_else(Self::black);
-        Arc::clone(STUDIO.get_or_init(|| Arc::new(read())))
+        let read = || {
+            let mut studio = bytes().and_then(|bytes| Self::from_bytes(&bytes).ok())?;
+            studio.made_directions = overcoat_assets::environment::STUDIO_DIRECTIONS;
+            Some(studio)
+        };
+        Arc::clone(STUDIO.get_or_init(|| Arc::new(read().unwrap_or_else(Self::black))))
     }
 }
 
@@ -46,6 +50,13 @@ pub struct Studio;
 impl Studio {
     /// Samples along a side of the mirror map: 2^9 + 1.
     const SIZE_LOG2: u32 = 9;
+
+    /// Directions that stand for the studio, of the numbers that the tiers ask for: what `assets/environment/studio.directions` holds.
+    #[cfg(any(test, feature = "pack"))]
+    #[must_use]
+    pub fn directions(studio: &PrefilteredEnvironment) -> Vec<u8> {
+        super::directions::OF_STUDIO.iter().flat_map(|count| studio.divided(*count).to_bytes()).collect()
+    }
 
     /// Filters the painting into what `assets/environment/studio.env` holds.
     #[must_use]
