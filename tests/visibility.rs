@@ -4,8 +4,8 @@ use overcoat::color::ToneCurve;
 use overcoat::frame::{DisplayOptions, PixelFormat, Target};
 use overcoat::render::{Quality, RenderError, RenderOptions, RenderStats, Rendered, Renderer, Visibility};
 use overcoat::scene::{
-    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh, Scene,
-    ShadingModel, Transform, Workflow, primitives,
+    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh,
+    MeshData, Scene, ShadingModel, Transform, Workflow, primitives,
 };
 use overcoat_core::math::lanes::SimdLevel;
 use std::sync::Arc;
@@ -174,6 +174,57 @@ fn a_room_that_the_eye_looks_into_is_as_bright_as_without_shadows() {
 /// A closed box whose walls emit a fifth and send back four fifths of what they get: in the end everything is 1, whatever
 /// the view. One bounce and what the maps estimate of the rest never come to more, and to no less than one bounce.
 /// A black sky, which the box keeps out, changes nothing of that.
+/// A room without a front, with a lamp below its ceiling.
+fn open_room() -> Scene {
+    let mut scene = under([0.5; 3]);
+    let cube = primitives::cuboid([2.0; 3]).unwrap();
+    let is_wall = |corners: &&[u32; 3]| cube.normals()[corners[0] as usize][2] < 0.5;
+    let walls = cube.triangles().iter().filter(is_wall).copied().collect();
+    let walls = Mesh::new(MeshData::new(cube.positions().to_vec(), walls)).unwrap();
+    put(&mut scene, walls, matte([0.7; 3]), [0.0; 3]);
+    let lamp = matte([0.0; 3]).with(|m| m.emissive = [10.0; 3]);
+    put(&mut scene, primitives::plane([0.5, 0.5]).unwrap(), lamp, [0.0, 0.95, 0.0]);
+    scene
+}
+
+/// The default sends rays into rooms, which maps show as facets without the light of their lamp, and into nothing else.
+#[test]
+fn the_default_sends_rays_into_rooms() {
+    let fast = Quality::Fast.visibility_of([SIZE; 2]);
+    let camera = looking([0.0, 0.0, 4.0], [0.0; 3]);
+    let of = |scene: &Scene, visibility: Visibility| {
+        let rendered = Renderer::new(2).render(scene, &camera, &options(visibility)).unwrap();
+        (rendered.frame.pixels, rendered.stats.visibility)
+    };
+    let room = open_room();
+    let (seen, used) = of(&room, fast);
+    assert_eq!(used, fast.indoors());
+    assert_eq!(seen, of(&room, fast.indoors()).0);
+    let (by_maps, used) = of(&room, fast.with_indoor_rays(0));
+    assert_eq!((used.rays, used.maps), (0, fast.maps));
+    // The back wall.
+    let wall = |pixels: &[[f32; 4]]| -> Vec<f32> {
+        let rows = SIZE as usize / 3..SIZE as usize * 2 / 3;
+        rows.clone()
+            .flat_map(|y| rows.clone().map(move |x| (x, y)))
+            .map(|(x, y)| pixels[y * SIZE as usize + x][0])
+            .collect()
+    };
+    let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+    let (seen, by_maps) = (wall(&seen), wall(&by_maps));
+    assert!(mean(&seen) > 2.0 * mean(&by_maps), "{} {}", mean(&seen), mean(&by_maps));
+    // Largest step between neighbours, to the mean.
+    let step = |values: &[f32]| {
+        let steps =
+            values.chunks(SIZE as usize / 3 + 1).flat_map(|row| row.windows(2).map(|w| (w[1] - w[0]).abs()));
+        steps.fold(0.0, |most: f32, step| if step > most { step } else { most }) / mean(values)
+    };
+    assert!(step(&seen) < 0.5 * step(&by_maps), "{} {}", step(&seen), step(&by_maps));
+    let mut ball = under([0.5; 3]);
+    put(&mut ball, primitives::sphere(1.0, 32).unwrap(), matte([0.7; 3]), [0.0; 3]);
+    assert_eq!(of(&ball, fast).1, fast);
+}
+
 #[test]
 fn a_closed_white_box_never_gains_energy() {
     for sky in [1.0, 0.0] {

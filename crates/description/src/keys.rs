@@ -262,7 +262,7 @@ pub(super) static SCENE: &[Key<Description>] = &[
     .default("fast; of bench draft")
     .argument(Argument::new(Group::Picture, "quality", "TIER").more(|| {
         "Sets --maps, --map-size, --rays and --shading-rate: draft 0, 256, 0, 1; fast 64, 128, 0, 1; good 64, 256, 4, 4; \
-         best 128, 512, 16, 4."
+         best 128, 512, 16, 4. In enclosed spaces (rooms, boxes, caves) fast sends a ray as well."
             .to_owned()
     }))
     .in_requests(),

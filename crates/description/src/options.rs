@@ -109,7 +109,9 @@ impl Description {
         let mut visibility = quality.visibility_of([width as u32, height as u32]);
         visibility.maps = self.maps.unwrap_or(visibility.maps);
         visibility.map_size = self.map_size.unwrap_or(visibility.map_size);
-        visibility.rays = self.rays.unwrap_or(visibility.rays);
+        if let Some(rays) = self.rays {
+            visibility = visibility.with_rays(rays).with_indoor_rays(0);
+        }
         // A picture in which nothing blocks light has no shadow.
         let ground_reflection = self.ground_reflection.unwrap_or(defaults.ground_reflection);
         let has_ground = visibility.is_on() || ground_reflection > 0.0;

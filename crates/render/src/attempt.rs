@@ -51,6 +51,8 @@ pub(super) enum Stop {
     Error(RenderError),
     /// Some textures cannot be decoded: the scene without them, which is to be drawn.
     LostTextures(Box<Scene>),
+    /// The scene is one of enclosed spaces, for which rays are asked for.
+    Indoors,
     /// Levels of the environment were read that nobody foresaw: they are known now.
     MoreLight,
     /// Finding blocked light passes a limit: less of it may not.
@@ -123,6 +125,9 @@ impl<'a> Attempt<'a> {
         };
         let environment = environment_light(scene, &filtered);
         prepared.prepare_lights(self, &mut passes.effects, &environment)?;
+        if passes.effects.calls_for_rays(scene, options) && !self.request.only_planes {
+            return Err(Stop::Indoors);
+        }
         self.times.environment = self.pool.lap();
         self.request.go_on()?;
 
@@ -284,6 +289,7 @@ impl<'a> Attempt<'a> {
             covered: found.covered,
             stages: self.times.named(),
             serial: self.times.sum().saturating_sub(self.pool.parallel()),
+            visibility: self.request.options.visibility,
             reduced_light: None,
             lights_without_shadow: 0,
             edges_left_out: left_out(scene, self.request.options),

@@ -121,6 +121,10 @@ impl Memory {
                 Err(Stop::Error(error)) => return Err(error),
                 Err(Stop::LostTextures(rest)) => without_lost = Some(*rest),
                 Err(Stop::MoreLight) => {}
+                Err(Stop::Indoors) => {
+                    let options = options.to_mut();
+                    options.visibility = options.visibility.indoors();
+                }
                 Err(Stop::Light(what, limit)) => match options_with(&options, what) {
                     Some(less) => {
                         rays_fit |= matches!(what, Less::Rays(_));

@@ -87,6 +87,9 @@ pub struct RenderStats {
     /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over
     /// vertices, triangles and tiles. Filtering a new environment and decoding textures count as such.
     pub serial: Duration,
+    /// Blocked light that was found: that of the options, with rays in a scene of enclosed spaces if they ask for some, less what
+    /// was left out.
+    pub visibility: Visibility,
     /// Light that was left out, since the picture would have passed a limit with it.
     pub reduced_light: Option<ReducedLight>,
     /// Lights that throw no shadow, since the picture would have passed [`Limits::blocks`](overcoat_core::limits::Limits::blocks)

@@ -45,6 +45,11 @@ impl EffectMemory {
         self.occlusion.prepare(pool, scene, environment, options)
     }
 
+    /// True if the options ask for rays indoors, and the scene is one of enclosed spaces.
+    pub fn calls_for_rays(&mut self, scene: &Scene, options: &RenderOptions) -> bool {
+        self.occlusion.calls_for_rays(scene, options)
+    }
+
     /// Occlusion data of the scene.
     pub fn occlusion(&self) -> &OcclusionMemory {
         &self.occlusion

@@ -460,6 +460,9 @@ fn check_visibility(asked: &Visibility) -> Result<(), RenderError> {
     if asked.rays > Visibility::MOST_RAYS {
         return option("rays", asked.rays, "0 to 256");
     }
+    if asked.indoor_rays > Visibility::MOST_RAYS {
+        return option("indoor_rays", asked.indoor_rays, "0 to 256");
+    }
     Ok(())
 }
 

@@ -9,6 +9,9 @@ const WIDE: u32 = 512;
 /// Pixels for each texel of a map along a side, where the scene fills the picture.
 const PIXELS_PER_TEXEL: u32 = 4;
 
+/// Rays that a lobe sends in enclosed spaces in a picture of [`Quality::Fast`].
+const INDOOR_RAYS: u32 = 1;
+
 /// Settings for the light that other surfaces block and send back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -23,11 +26,14 @@ pub struct Visibility {
     /// of wide lobes are sent once for the alike surfaces of four pixels. With 0 that light
     /// is estimated from the maps. Of no effect without maps.
     pub rays: u32,
+    /// Rays in place of none for scenes of enclosed spaces (rooms, boxes, caves), 0 to [`Visibility::MOST_RAYS`]: few directions reach into
+    /// these, so that maps show each of them as a facet, and most of their light comes from walls and lamps.
+    pub indoor_rays: u32,
 }
 
 impl Visibility {
     /// Nothing is blocked.
-    pub const NONE: Self = Self { maps: 0, map_size: 256, rays: 0 };
+    pub const NONE: Self = Self { maps: 0, map_size: 256, rays: 0, indoor_rays: 0 };
     /// Largest number of maps.
     pub const MOST_MAPS: u32 = 256;
     /// Smallest side of a map.
@@ -37,10 +43,10 @@ impl Visibility {
     /// Largest number of rays.
     pub const MOST_RAYS: u32 = 256;
 
-    /// This many maps, texels along a side of each, and rays.
+    /// This many maps, texels along a side of each, and rays, indoors as well.
     #[must_use]
     pub const fn new(maps: u32, map_size: u32, rays: u32) -> Self {
-        Self { maps, map_size, rays }
+        Self { maps, map_size, rays, indoor_rays: 0 }
     }
 
     /// The same with another number of maps.
@@ -59,6 +65,19 @@ impl Visibility {
     #[must_use]
     pub const fn with_rays(self, rays: u32) -> Self {
         Self { rays, ..self }
+    }
+
+    /// The same with another number of rays indoors.
+    #[must_use]
+    pub const fn with_indoor_rays(self, indoor_rays: u32) -> Self {
+        Self { indoor_rays, ..self }
+    }
+
+    /// The same for a scene of enclosed spaces.
+    #[must_use]
+    pub const fn indoors(self) -> Self {
+        let rays = if self.rays > 0 { self.rays } else { self.indoor_rays };
+        Self { rays, indoor_rays: 0, ..self }
     }
 
     /// True if blocked light is found.
@@ -85,7 +104,7 @@ impl Visibility {
     /// [`Quality::Fast`]), then none. `None` if this is [`Visibility::NONE`] already.
     #[must_use]
     pub fn reduced(self) -> Option<Self> {
-        let few = Self { maps: self.maps.min(16), map_size: self.map_size.min(64), rays: 0 };
+        let few = Self::new(self.maps.min(16), self.map_size.min(64), 0);
         match self {
             Self { maps: 0, .. } => None,
             Self { rays: 1.., .. } => Some(self.with_rays(0)),
@@ -157,7 +176,7 @@ impl Quality {
     pub const fn visibility(self) -> Visibility {
         match self {
             Self::Draft => Visibility::NONE,
-            Self::Fast => Visibility::new(64, WIDE / PIXELS_PER_TEXEL, 0),
+            Self::Fast => Visibility::new(64, WIDE / PIXELS_PER_TEXEL, 0).with_indoor_rays(INDOOR_RAYS),
             Self::Good => Visibility::new(64, 256, 4),
             Self::Best => Visibility::new(128, 512, 16),
         }
@@ -232,9 +251,10 @@ mod tests {
                 assert_eq!(pair[0].map_size % 16, 0);
             }
         }
-        assert_eq!(Quality::Fast.visibility_of([256, 256]), Visibility::new(48, 96, 0));
-        assert_eq!(Quality::Fast.visibility_of([448, 256]), Visibility::new(56, 112, 0));
-        assert_eq!(Quality::Fast.visibility_of([1, 1]), Visibility::new(48, 96, 0));
+        let fast = |maps, size| Visibility::new(maps, size, 0).with_indoor_rays(INDOOR_RAYS);
+        assert_eq!(Quality::Fast.visibility_of([256, 256]), fast(48, 96));
+        assert_eq!(Quality::Fast.visibility_of([448, 256]), fast(56, 112));
+        assert_eq!(Quality::Fast.visibility_of([1, 1]), fast(48, 96));
     }
 
     /// A better tier has no less of anything.

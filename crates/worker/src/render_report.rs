@@ -98,7 +98,7 @@ impl RenderReport {
             width: options.width,
             height: options.height,
             samples: options.samples,
-            visibility: VisibilityReport::new(&options.visibility),
+            visibility: VisibilityReport::new(&stats.visibility),
             ground: ground_name(options.ground),
             ground_reflection: options.ground_reflection,
             shading_rate: options.shading_rate,

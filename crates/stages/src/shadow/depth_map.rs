@@ -235,6 +235,11 @@ impl DepthMaps {
         self.size
     }
 
+    /// Frame of one map.
+    pub(super) fn frame(&self, map: usize) -> &DepthMap {
+        &self.maps[map]
+    }
+
     /// Sixteens of triangles and texels that drawing them has looked at.
     #[must_use]
     pub fn work(&self) -> u64 {

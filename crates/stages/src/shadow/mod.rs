@@ -13,6 +13,7 @@ mod clip;
 mod depth_map;
 mod disc;
 mod draw;
+mod enclosure;
 mod facing;
 mod lamp_filter;
 mod lamp_maps;
