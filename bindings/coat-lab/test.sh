@@ -9,13 +9,8 @@ set -euo pipefail
 cd "$(dirname "$0")"
 tree=$(realpath ../..)
 
-install() {
-    command -v "$1" >/dev/null && return
-    apt-get -qq update && apt-get -qq install -y --no-install-recommends "$2"
-}
-install node nodejs
-install npm npm
-[ -n "${CHROMIUM-}" ] || command -v google-chrome >/dev/null || install chromium chromium
+# shellcheck source=../wasm/node_and_chromium.sh
+. ../wasm/node_and_chromium.sh
 [ -d ../wasm/node_modules/playwright-core ] || (cd ../wasm && npm ci --no-audit --no-fund)
 
 export OVERCOAT=${OVERCOAT-$tree/target/release/overcoat}

@@ -11,13 +11,8 @@ tree=$(realpath ../..)
 parts=(simd plain)
 [ "${1-}" != --all ] || parts+=(cli)
 
-install() {
-    command -v "$1" >/dev/null && return
-    apt-get -qq update && apt-get -qq install -y --no-install-recommends "$2"
-}
-install node nodejs
-install npm npm
-[ -n "${CHROMIUM-}" ] || command -v google-chrome >/dev/null || install chromium chromium
+# shellcheck source=node_and_chromium.sh
+. ./node_and_chromium.sh
 
 npm ci --no-audit --no-fund
 

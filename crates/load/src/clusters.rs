@@ -24,6 +24,8 @@ pub(super) struct Clusters {
     seed: u64,
     /// Clusters by their cells.
     table: PositionTable,
+    /// Cell of the last vertex, and its cluster: the next vertex is often in the same.
+    last: Option<([u32; 3], u32)>,
     members: Vec<Sum>,
     /// Colours of the clusters, in parts of [`WHOLE`]; fewer than clusters where the last ones have none.
     colors: Vec<Sum>,
@@ -84,6 +86,7 @@ impl Clusters {
             most,
             seed,
             table: PositionTable::new(seed),
+            last: None,
             members: Vec::new(),
             colors: Vec::new(),
             of_vertices: Vec::new(),
@@ -187,8 +190,13 @@ impl Clusters {
         let step = |v: f64, low: f64| ((v - low) * self.scale) as u32;
         let steps = [step(x, low_x), step(y, low_y), step(z, low_z)];
         let shift = STEPS.saturating_sub(self.cells);
-        // Whole numbers of up to 20 bits are exact.
-        let number = self.table.insert(steps.map(|step| step.wrapping_shr(shift) as f32));
+        let cell = steps.map(|step| step.wrapping_shr(shift));
+        let number = match self.last {
+            Some((last, number)) if last == cell => number,
+            // Whole numbers of up to 20 bits are exact.
+            _ => self.table.insert(cell.map(|v| v as f32)),
+        };
+        self.last = Some((cell, number));
         Sum::add_at(&mut self.members, number, steps.map(u64::from), 1);
         number
     }
@@ -196,6 +204,7 @@ impl Clusters {
     /// Doubles the cells.
     fn halve(&mut self) {
         self.cells = self.cells.saturating_sub(1);
+        self.last = None;
         let old = std::mem::replace(&mut self.table, PositionTable::new(self.seed));
         let (mut members, mut colors) = (Vec::new(), Vec::new());
         let mut numbers = Vec::with_capacity(old.len());

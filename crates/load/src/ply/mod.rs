@@ -10,6 +10,7 @@ mod body;
 mod edges;
 mod header;
 mod packed;
+mod places;
 mod reduced;
 mod splats;
 mod stream;

@@ -2,7 +2,7 @@
 
 use super::header::Encoding;
 use super::values::{Missing, Values};
-use crate::text::Tokens;
+use crate::text::{Tokens, length_before};
 use std::io::{Read, Result, Seek, SeekFrom};
 
 /// Bytes that are read at once.
@@ -39,36 +39,52 @@ impl<'a> Stream<'a> {
         count: u64,
         mut read: impl FnMut(&mut Values<'_>) -> std::result::Result<(), Missing>,
     ) -> Result<(u64, Option<Missing>)> {
+        match self.encoding {
+            Encoding::Ascii => self.each_by(count, |text| read_line(text, &mut read)),
+            encoding => self.each_in_bytes(count, |bytes| {
+                let mut values = Values::new(encoding, bytes);
+                read(&mut values)?;
+                Ok(length_before(bytes, values.rest()))
+            }),
+        }
+    }
+
+    /// Reads so many binary items as [`Stream::each`], each from the bytes that begin with it. `read` returns their number.
+    pub(super) fn each_in_bytes(
+        &mut self,
+        count: u64,
+        mut read: impl FnMut(&[u8]) -> std::result::Result<usize, Missing>,
+    ) -> Result<(u64, Option<Missing>)> {
+        self.each_by(count, |bytes| {
+            read(bytes).map_err(|missing| Some(missing).filter(|&m| m != Missing::End))
+        })
+    }
+
+    /// Reads so many items. `read` returns the number of bytes that the first one takes; `None` if there are too few, or the reason
+    /// why there can be no more items.
+    fn each_by(
+        &mut self,
+        count: u64,
+        mut read: impl FnMut(&[u8]) -> std::result::Result<usize, Option<Missing>>,
+    ) -> Result<(u64, Option<Missing>)> {
         let mut number = 0;
         while number < count {
-            let rest = self.whole_part();
-            let before = rest.len();
-            let mut values = Values::new(self.encoding, rest);
-            let mut left = values.clone();
-            let reason = loop {
+            let part = self.whole_part();
+            let mut rest = part;
+            let is_whole = loop {
                 if number == count {
-                    break None;
+                    break true;
                 }
-                match self.encoding {
-                    Encoding::Ascii => match read_line(&mut values, &mut read) {
-                        Ok(()) => {}
-                        Err(None) => break Some(Missing::End),
-                        Err(Some(missing)) => return Ok((number, Some(missing))),
-                    },
-                    _ => match read(&mut values) {
-                        Ok(()) => {}
-                        Err(Missing::End) => break Some(Missing::End),
-                        Err(missing) => return Ok((number, Some(missing))),
-                    },
+                match read(rest) {
+                    Ok(length) => rest = rest.get(length..).unwrap_or_default(),
+                    Err(None) => break false,
+                    Err(missing) => return Ok((number, missing)),
                 }
                 number = number.saturating_add(1);
-                left = values.clone();
             };
-            self.first = self.first.saturating_add(before.saturating_sub(left.rest().len()));
-            if let Some(reason) = reason
-                && !self.refill()?
-            {
-                return Ok((number, Some(reason)));
+            self.first = self.first.saturating_add(length_before(part, rest));
+            if !is_whole && !self.refill()? {
+                return Ok((number, Some(Missing::End)));
             }
         }
         Ok((number, None))
@@ -102,16 +118,16 @@ impl<'a> Stream<'a> {
     }
 }
 
-/// Reads the item of the next line that has one; `None` is the end of the text.
+/// Reads the item of the next line that has one, and returns the bytes up to its end; the error `None` is the end of the text.
 fn read_line(
-    values: &mut Values<'_>,
+    text: &[u8],
     read: &mut impl FnMut(&mut Values<'_>) -> std::result::Result<(), Missing>,
-) -> std::result::Result<(), Option<Missing>> {
-    let mut tokens = Tokens::new(values.rest().trim_ascii_start());
+) -> std::result::Result<usize, Option<Missing>> {
+    let mut tokens = Tokens::new(text.trim_ascii_start());
     let line = tokens.rest_of_line();
     if line.is_empty() {
         return Err(None);
     }
-    *values = Values::Ascii(tokens);
-    read(&mut Values::new(Encoding::Ascii, line)).map_err(Some)
+    read(&mut Values::new(Encoding::Ascii, line))?;
+    Ok(length_before(text, tokens.rest()))
 }

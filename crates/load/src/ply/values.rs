@@ -43,20 +43,11 @@ impl<'a> Values<'a> {
 
     /// The next value, as well as double precision knows it; NaN for a word that is no number.
     pub(super) fn double(&mut self, scalar: Scalar) -> Result<f64, Missing> {
-        let (bytes, big) = match self {
-            Self::Ascii(tokens) => {
-                return Ok(double(tokens.next().ok_or(Missing::End)?).unwrap_or(f64::NAN));
-            }
-            Self::LittleEndian(bytes) => (bytes, false),
-            Self::BigEndian(bytes) => (bytes, true),
-        };
-        if scalar == Scalar::F64 {
-            let (&value, rest) = bytes.split_first_chunk().ok_or(Missing::End)?;
-            *bytes = rest;
-            return Ok(if big { f64::from_be_bytes(value) } else { f64::from_le_bytes(value) });
+        match self {
+            Self::Ascii(tokens) => Ok(double(tokens.next().ok_or(Missing::End)?).unwrap_or(f64::NAN)),
+            Self::LittleEndian(bytes) => binary_double(bytes, scalar, false),
+            Self::BigEndian(bytes) => binary_double(bytes, scalar, true),
         }
-        let (number, whole) = binary(bytes, scalar, big)?;
-        Ok(if scalar.is_float() { f64::from(number) } else { whole as f64 })
     }
 
     /// The next value, as a whole number.
@@ -114,9 +105,21 @@ impl<'a> Values<'a> {
     }
 }
 
+/// A binary value, as well as double precision knows it.
+#[inline]
+pub(super) fn binary_double(bytes: &mut &[u8], scalar: Scalar, big: bool) -> Result<f64, Missing> {
+    if scalar == Scalar::F64 {
+        let (&value, rest) = bytes.split_first_chunk().ok_or(Missing::End)?;
+        *bytes = rest;
+        return Ok(if big { f64::from_be_bytes(value) } else { f64::from_le_bytes(value) });
+    }
+    let (number, whole) = binary(bytes, scalar, big)?;
+    Ok(if scalar.is_float() { f64::from(number) } else { whole as f64 })
+}
+
 /// A binary value, as a number and as a whole number (saturating).
 #[inline]
-fn binary(bytes: &mut &[u8], scalar: Scalar, big: bool) -> Result<(f32, i64), Missing> {
+pub(super) fn binary(bytes: &mut &[u8], scalar: Scalar, big: bool) -> Result<(f32, i64), Missing> {
     macro_rules! read {
         ($type:ty) => {{
             let (&value, rest) = bytes.split_first_chunk().ok_or(Missing::End)?;

@@ -1,14 +1,16 @@
 //! Files of more vertices or faces than may be kept: read in parts. Meshes are reduced to clusters of vertices, of points one in
 //! so many is drawn.
 
+mod items;
 #[cfg(test)]
 mod tests;
 
-use super::body::{COLOR, INDICES, SLOTS, Slots, cut, settled, skip_property, store};
+use self::items::{Items, color};
+use super::body::{INDICES, Slots, cut, settled, skip_property};
 use super::edges::EDGES;
-use super::header::{Element, Encoding, Header, Kind, Scalar};
+use super::header::{Element, Encoding, Header, Kind};
 use super::stream::{Source, Stream};
-use super::values::{Missing, Values};
+use super::values::Values;
 use super::{FACES, FORMAT, VERTICES, add_normals, load_read, splats};
 use crate::clusters::Clusters;
 use crate::mesh_formats::{add_object, default_material, drawable, finish, white_material};
@@ -131,71 +133,6 @@ struct Large<'a> {
     after: &'a [Element],
 }
 
-/// A vertex: its position, and its colour as [`store`] has it.
-type Vertex = ([f64; 3], [f32; SLOTS]);
-
-/// The items of an element: values by their slots, positions in double precision.
-struct Items<'a> {
-    element: &'a Element,
-    slots: Slots,
-}
-
-impl<'a> Items<'a> {
-    fn new(element: &'a Element) -> Self {
-        Self { element, slots: Slots::new(element) }
-    }
-
-    /// True where the values of a colour are fractions.
-    fn has_fractions(&self) -> bool {
-        let is_fraction = |slot: &(usize, Scalar)| (COLOR..COLOR + 3).contains(&slot.0) && slot.1.is_float();
-        self.slots.0.iter().flatten().any(is_fraction)
-    }
-
-    fn vertex(&self, values: &mut Values<'_>) -> Result<Vertex, Missing> {
-        let (mut position, mut item) = ([f64::NAN; 3], [0.0; SLOTS]);
-        for (property, &slot) in self.element.properties.iter().zip(&self.slots.0) {
-            match (property.kind, slot) {
-                (Kind::One(scalar), Some((slot @ 0..3, _))) => {
-                    let value = values.double(scalar)?;
-                    position.iter_mut().skip(slot).take(1).for_each(|v| *v = value);
-                }
-                (Kind::One(scalar), slot) => store(&mut item, slot, values.number(scalar)?),
-                (list, _) => skip_property(list, values)?,
-            }
-        }
-        Ok((position, item))
-    }
-
-    /// The corners of a face, and its other values.
-    fn face(
-        &self,
-        at: usize,
-        values: &mut Values<'_>,
-        corners: &mut Vec<i64>,
-    ) -> Result<[f32; SLOTS], Missing> {
-        let mut item = [0.0; SLOTS];
-        corners.clear();
-        for (k, (property, &slot)) in self.element.properties.iter().zip(&self.slots.0).enumerate() {
-            match property.kind {
-                Kind::One(scalar) => store(&mut item, slot, values.number(scalar)?),
-                Kind::List(count, scalar) if k == at => {
-                    for _ in 0..values.integer(count)? {
-                        corners.push(values.integer(scalar)?);
-                    }
-                }
-                list => skip_property(list, values)?,
-            }
-        }
-        Ok(item)
-    }
-}
-
-/// The colour among the values of an item.
-fn color(item: &[f32; SLOTS]) -> [f32; 3] {
-    let [.., r, g, b, _, _] = *item;
-    [r, g, b]
-}
-
 impl Large<'_> {
     /// A few of the points; `None` if there are none.
     fn points(
@@ -270,8 +207,8 @@ impl Large<'_> {
             triangles: 0,
         };
         let mut stream = Stream::new(source, self.place, self.encoding)?;
-        let vertices = Items::new(self.vertices);
-        let with_colors = vertices.slots.has(COLOR..COLOR + 3);
+        let vertices = Items::new(self.vertices, self.encoding);
+        let with_colors = vertices.has_colors();
         let mut end = reading.vertices(&vertices, with_colors, &mut stream)?;
         // Items of nothing take no bytes, and a file may claim any number of them.
         for element in self.after.iter().filter(|element| !element.properties.is_empty()) {
@@ -280,7 +217,9 @@ impl Large<'_> {
             }
             let faces = indices(element).filter(|_| FACES.contains(&element.name.as_str()));
             end = match faces {
-                Some(at) => reading.faces(&Items::new(element), at, with_colors, &mut stream)?,
+                Some(at) => {
+                    reading.faces(&Items::new(element, self.encoding), at, with_colors, &mut stream)?
+                }
                 None => {
                     let skip = |values: &mut Values<'_>| {
                         element
@@ -304,16 +243,15 @@ impl Large<'_> {
 
     /// Goes through the vertices once.
     fn survey(&self, source: &mut dyn Source) -> Result<Survey, LoadError> {
-        let items = Items::new(self.vertices);
+        let items = Items::new(self.vertices, self.encoding);
+        let has_fractions = items.has_fractions();
         let (mut bounds, mut has_codes) = (Bounds::EMPTY, false);
         let mut stream = Stream::new(source, self.place, self.encoding)?;
-        stream.each(self.vertices.count, |values| {
-            let (position, item) = items.vertex(values)?;
+        items.each_vertex(has_fractions, &mut stream, |position, item| {
             if drawable(position.map(|v| v as f32)) {
                 bounds = bounds.union(&Bounds { min: position, max: position });
-                has_codes |= color(&item).iter().any(|&v| v > 2.0);
+                has_codes |= has_fractions && color(item).iter().any(|&v| v > 2.0);
             }
-            Ok(())
         })?;
         let origin =
             Some(&bounds).filter(|bounds| bounds.is_far()).map(|bounds| Origin(bounds.round_center()));
@@ -322,7 +260,7 @@ impl Large<'_> {
                 *v -= origin;
             }
         }
-        Ok(Survey { bounds, origin, has_codes: has_codes && items.has_fractions() })
+        Ok(Survey { bounds, origin, has_codes })
     }
 }
 
@@ -364,18 +302,15 @@ impl Reading {
     ) -> Result<Option<String>, LoadError> {
         let Self { clusters, origin, has_codes, .. } = self;
         let fractions = items.has_fractions();
-        let (read, missing) = stream.each(items.element.count, |values| {
-            let (position, item) = items.vertex(values)?;
+        Ok(items.each_vertex(with_colors, stream, |position, item| {
             let single = position.map(|v| v as f32);
             let place = drawable(single).then(|| origin.map_or(single, |origin| origin.relative(position)));
             clusters.add_vertex(place);
             if with_colors {
                 let number = clusters.vertices().saturating_sub(1);
-                clusters.add_color(number, linear(color(&item), fractions, *has_codes));
+                clusters.add_color(number, linear(color(item), fractions, *has_codes));
             }
-            Ok(())
-        })?;
-        Ok(missing.map(|missing| cut(items.element, read, missing)))
+        })?)
     }
 
     /// Reads the faces. `with_colors`: those of the vertices are known, and count. Returns the reason if there are fewer than the
@@ -388,33 +323,32 @@ impl Reading {
         stream: &mut Stream<'_>,
     ) -> Result<Option<String>, LoadError> {
         let Self { clusters, losses, triangles, has_codes, .. } = self;
-        let paints = !with_colors && items.slots.has(COLOR..COLOR + 3);
+        let paints = !with_colors && items.has_colors();
         let fractions = items.has_fractions();
-        let mut corners: Vec<i64> = Vec::new();
         let mut polygon: Vec<(u32, [f32; 3])> = Vec::new();
         let mut triangulator = Triangulator::default();
-        let (read, missing) = stream.each(items.element.count, |values| {
-            let item = items.face(at, values, &mut corners)?;
+        Ok(items.each_face(at, paints, stream, |corners, item| {
             if corners.len() < 3 {
                 losses.short = losses.short.saturating_add(1);
-                return Ok(());
+                return;
             }
-            polygon.clear();
-            // Positions matter to the triangulation of polygons alone.
-            let near = |&corner: &i64| match corners.len() {
-                3 => clusters.has(corner).then_some((corner as u32, [0.0; 3])),
-                _ => Some((corner as u32, clusters.near(corner)?)),
-            };
-            polygon.extend(corners.iter().map_while(near));
-            if polygon.len() < corners.len() {
+            if !corners.iter().all(|&corner| clusters.has(corner)) {
                 losses.bad = losses.bad.saturating_add(1);
-                return Ok(());
+                return;
             }
             if paints {
-                for (corner, _) in &polygon {
-                    clusters.add_color(*corner as usize, linear(color(&item), fractions, *has_codes));
-                }
+                let color = linear(color(item), fractions, *has_codes);
+                corners.iter().for_each(|&corner| clusters.add_color(corner as usize, color));
             }
+            if let &[a, b, c] = corners {
+                *triangles = triangles.saturating_add(1);
+                clusters.add_triangle([a, b, c].map(|corner| corner as u32));
+                return;
+            }
+            // Positions matter to the triangulation of larger polygons alone.
+            polygon.clear();
+            let near = |&corner: &i64| Some((corner as u32, clusters.near(corner)?));
+            polygon.extend(corners.iter().filter_map(near));
             triangulator.triangulate(
                 &polygon,
                 |(_, position)| position,
@@ -423,9 +357,7 @@ impl Reading {
                     clusters.add_triangle(t.map(|(corner, _)| corner));
                 },
             );
-            Ok(())
-        })?;
-        Ok(missing.map(|missing| cut(items.element, read, missing)))
+        })?)
     }
 
     /// The scene; `None` if no triangle is left.
