@@ -182,7 +182,7 @@ fn open_room() -> Scene {
     let walls = cube.triangles().iter().filter(is_wall).copied().collect();
     let walls = Mesh::new(MeshData::new(cube.positions().to_vec(), walls)).unwrap();
     put(&mut scene, walls, matte([0.7; 3]), [0.0; 3]);
-    let lamp = matte([0.0; 3]).with(|m| m.emissive = [10.0; 3]);
+    let lamp = matte([0.0; 3]).with(|m| m.emissive = [40.0; 3]);
     put(&mut scene, primitives::plane([0.5, 0.5]).unwrap(), lamp, [0.0, 0.95, 0.0]);
     scene
 }
@@ -202,22 +202,18 @@ fn the_default_sends_rays_into_rooms() {
     assert_eq!(seen, of(&room, fast.indoors()).0);
     let (by_maps, used) = of(&room, fast.with_indoor_rays(0));
     assert_eq!((used.rays, used.maps), (0, fast.maps));
-    // The back wall.
-    let wall = |pixels: &[[f32; 4]]| -> Vec<f32> {
-        let rows = SIZE as usize / 3..SIZE as usize * 2 / 3;
-        rows.clone()
-            .flat_map(|y| rows.clone().map(move |x| (x, y)))
-            .map(|(x, y)| pixels[y * SIZE as usize + x][0])
-            .collect()
+    // The middle of the back wall, and the largest step between its neighbours.
+    let middle = SIZE as usize * 2 / 5..SIZE as usize * 3 / 5;
+    let wall = |pixels: &[[f32; 4]]| -> Vec<Vec<f32>> {
+        let row = |y: usize| middle.clone().map(|x| pixels[y * SIZE as usize + x][0]).collect();
+        middle.clone().map(row).collect()
     };
-    let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
     let (seen, by_maps) = (wall(&seen), wall(&by_maps));
+    let mean = |rows: &[Vec<f32>]| rows.iter().flatten().sum::<f32>() / (rows.len() * rows.len()) as f32;
     assert!(mean(&seen) > 2.0 * mean(&by_maps), "{} {}", mean(&seen), mean(&by_maps));
-    // Largest step between neighbours, to the mean.
-    let step = |values: &[f32]| {
-        let steps =
-            values.chunks(SIZE as usize / 3 + 1).flat_map(|row| row.windows(2).map(|w| (w[1] - w[0]).abs()));
-        steps.fold(0.0, |most: f32, step| if step > most { step } else { most }) / mean(values)
+    let step = |rows: &[Vec<f32>]| {
+        let steps = rows.iter().flat_map(|row| row.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+        steps.fold(0.0, |most: f32, step| if step > most { step } else { most }) / mean(rows)
     };
     assert!(step(&seen) < 0.5 * step(&by_maps), "{} {}", step(&seen), step(&by_maps));
     let mut ball = under([0.5; 3]);
