@@ -3,7 +3,7 @@
 //! It ends without a picture where tiles have read what was not there: a texture that cannot be decoded, a level of the environment
 //! that is not filtered. Then the next attempt knows of it.
 
-use super::environment::levels_to_filter;
+use super::environment::foreseen;
 use super::passes::{PassMemory, check_limits, work_of};
 use super::pick::LastPicture;
 use super::picture::{Drawn, Memory, Request, environment_light};
@@ -120,7 +120,7 @@ impl<'a> Attempt<'a> {
         let filtered = if self.request.only_planes {
             environments.get(&EnvironmentSource::None, Levels::NONE, jobs, options.simd)
         } else {
-            let levels = levels_to_filter(scene, options);
+            let levels = foreseen(scene, options);
             environments.get(&scene.environment().source, levels, jobs, options.simd)
         };
         let environment = environment_light(scene, &filtered);

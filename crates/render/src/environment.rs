@@ -10,7 +10,8 @@ use overcoat_scene::{EnvironmentSource, EquirectImage, Material, Scene, ShadingM
 use overcoat_shading::coat::standard::roughness_of_lookups;
 use overcoat_stages::light::{LIGHT_DIRECTIONS, Levels, PrefilteredEnvironment, SHEEN};
 use overcoat_stages::shade::NormalFilter;
-use overcoat_tiles::options::RenderOptions;
+use overcoat_tiles::occlusion::asked_for;
+use overcoat_tiles::options::{Background, RenderOptions};
 use std::sync::Arc;
 
 /// The environment that was used last.
@@ -52,7 +53,7 @@ impl EnvironmentCache {
             return Arc::clone(given);
         }
         match source {
-            EnvironmentSource::Studio => PrefilteredEnvironment::studio(),
+            EnvironmentSource::Studio => PrefilteredEnvironment::studio_of(levels),
             // Pictures without the part have been refused.
             EnvironmentSource::Image(_) if !Environments::IS_BUILT => self.dark(),
             EnvironmentSource::None => self.dark(),
@@ -110,24 +111,23 @@ fn stored(
 /// picture of 1024 x 512 pixels take about as long as a quarter of a million pixels.
 const FEW: u64 = 1 << 18;
 
-/// [`foreseen`] of an environment that would be filtered; none of the others, which have all levels.
-pub(super) fn levels_to_filter(scene: &Scene, options: &RenderOptions) -> Levels {
-    match scene.environment().source {
-        EnvironmentSource::Image(_) => foreseen(scene, options),
-        EnvironmentSource::Studio | EnvironmentSource::None => Levels::NONE,
-    }
-}
-
 /// The levels that a picture is expected to look up: those between the smoothest and the roughest lobes that its materials have
-/// by their factors.
-fn foreseen(scene: &Scene, options: &RenderOptions) -> Levels {
+/// by their factors. None of darkness.
+pub(super) fn foreseen(scene: &Scene, options: &RenderOptions) -> Levels {
+    let source = &scene.environment().source;
     let pixels = u64::from(options.width) * u64::from(options.height);
-    // Rays see other surfaces by roughnesses of their own.
-    if options.visibility.rays > 0 || options.stage_hashes || pixels > FEW {
-        return Levels::ALL;
+    // Rays see other surfaces by roughnesses of their own, and the mirror of the studio is its picture.
+    let is_whole = options.visibility.rays > 0 || options.stage_hashes || pixels > FEW;
+    match source {
+        EnvironmentSource::None => return Levels::NONE,
+        _ if is_whole => return Levels::ALL,
+        EnvironmentSource::Studio if options.background == Background::Environment => return Levels::ALL,
+        _ => {}
     }
-    let blocked = options.visibility.maps > 0 || options.ground.is_seen();
-    let begin = if blocked { LIGHT_DIRECTIONS } else { Levels::NONE };
+    let maps = asked_for(options).maps;
+    let are_made = matches!(source, EnvironmentSource::Studio)
+        && PrefilteredEnvironment::has_studio_directions(maps as usize);
+    let begin = if maps == 0 || are_made { Levels::NONE } else { LIGHT_DIRECTIONS };
     scene.materials().iter().map(|material| of_material(material, options)).fold(begin, Levels::with)
 }
 

@@ -2,7 +2,7 @@
 
 use super::attempt::{Attempt, Less, Stop};
 use super::centered;
-use super::environment::{EnvironmentCache, levels_to_filter};
+use super::environment::{EnvironmentCache, foreseen};
 use super::passes::PassMemory;
 use super::pick::LastPicture;
 use super::prepared::FrameMemory;
@@ -208,7 +208,7 @@ impl Memory {
         let budget = FrameBudget::new(scene, &options.limits, tile_grid(options, None))?;
         let view = View::new(camera, options.width, options.height)?;
         // What is filtered now, or found of points, is used for many pictures.
-        let levels = levels_to_filter(scene, options);
+        let levels = foreseen(scene, options);
         let filters = self.environments.would_filter(&scene.environment().source, levels);
         let finds = unknown_clouds(scene).next().is_some();
         if (filters || finds) && jobs.on_every_worker(arithmetic_is_default).contains(&false) {

@@ -40,6 +40,11 @@ impl Levels {
         Self(1 << level.min(LEVELS - 1))
     }
 
+    /// Set of a level and all rougher ones.
+    pub(crate) const fn from_level(level: usize) -> Self {
+        Self(Self::ALL.0 & (u32::MAX << level))
+    }
+
     /// Levels that lookups for perceptual roughnesses from `least` to `most` read, both between 0 and 1: see
     /// `Chain::radiance`.
     pub const fn for_roughness(least: f32, most: f32) -> Self {
@@ -134,10 +139,19 @@ impl Chain {
         let all = levels.iter().map(|&level| Levels::of(level.max(0) as usize));
         let Levels(first) = all.fold(Levels::NONE, Levels::with);
         let second = if blended { first << 1 } else { 0 };
-        self.asked.0.fetch_or((first | second) & Levels::ALL.0, Ordering::Relaxed);
+        let asked = (first | second) & Levels::ALL.0;
+        if self.asked.0.load(Ordering::Relaxed) & asked != asked {
+            self.asked.0.fetch_or(asked, Ordering::Relaxed);
+        }
     }
 
     /// One map's texels, row by row.
+    pub(crate) fn map(&self, map: usize) -> &[u32] {
+        let size = self.size(map);
+        &self.texels[self.starts[map] as usize..][..size * size]
+    }
+
+    /// The same, to be written.
     pub(crate) fn map_mut(&mut self, map: usize) -> &mut [u32] {
         let start = self.starts[map] as usize;
         let size = self.size(map);

@@ -5,9 +5,10 @@
 //! | bytes | content |
 //! |---|---|
 //! | 8 | `OVRCTENV` |
-//! | 4 | version, 1 |
+//! | 4 | version, 2 |
 //! | 4 | samples along a side of the mirror map, 2^k + 1 from 3 to 1025; it fixes the sizes of all maps |
-//! | rest | the texels of all maps, row by row, packed as below |
+//! | rest | the texels of all maps, row by row, packed as below: irradiance, then from the roughest reflections to the mirror, so that
+//! who needs no smooth ones reads little |
 //!
 //! A texel (see [`texel`](super::texel)) is predicted from its neighbours left, above and above left: left + above -
 //! above left in every mantissa if the three have one exponent, otherwise left. Where a map begins the missing
@@ -24,10 +25,10 @@
 //! Differences wrap at 9 bits; the exponent is the prediction's.
 
 use super::PrefilteredEnvironment;
-use super::chain::{Chain, MAPS, MAX_CELLS, MIN_CELLS};
+use super::chain::{Chain, Levels, MAPS, MAX_CELLS, MIN_CELLS};
 
 const MAGIC: &[u8; 8] = b"OVRCTENV";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 pub(super) const HEADER: usize = 16;
 pub(super) const RAW: u8 = 0b1110_0000;
 
@@ -60,12 +61,8 @@ impl PrefilteredEnvironment {
         out.extend_from_slice(MAGIC);
         out.extend_from_slice(&VERSION.to_le_bytes());
         out.extend_from_slice(&(self.chain.size(0) as u32).to_le_bytes());
-        let mut rest = self.chain.texels();
-        for map in 0..MAPS {
-            let size = self.chain.size(map);
-            let (texels, after) = rest.split_at(size * size);
-            pack(texels, size, &mut out);
-            rest = after;
+        for map in (0..MAPS).rev() {
+            pack(self.chain.map(map), self.chain.size(map), &mut out);
         }
         out
     }
@@ -84,6 +81,11 @@ impl PrefilteredEnvironment {
     /// [`EnvironmentFileError`] if the bytes are anything else. Allocates no more than the largest environment takes
     /// (5 MB), whatever they say.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, EnvironmentFileError> {
+        Self::from_first_bytes(bytes, 0)
+    }
+
+    /// The same without the levels before the `sharpest`, whose bytes are not looked at.
+    pub(super) fn from_first_bytes(bytes: &[u8], sharpest: usize) -> Result<Self, EnvironmentFileError> {
         let header = bytes.get(..HEADER).ok_or(EnvironmentFileError::Magic)?;
         if &header[..8] != MAGIC {
             return Err(EnvironmentFileError::Magic);
@@ -100,13 +102,14 @@ impl PrefilteredEnvironment {
         }
         let mut chain = Chain::dark(size as usize);
         let mut rest = &bytes[HEADER..];
-        for map in 0..MAPS {
+        for map in (sharpest..MAPS).rev() {
             let size = chain.size(map);
             rest = unpack(rest, size, chain.map_mut(map))?;
         }
-        if !rest.is_empty() {
+        if !rest.is_empty() && sharpest == 0 {
             return Err(EnvironmentFileError::Damaged);
         }
+        chain.present = Levels::from_level(sharpest);
         Ok(Self::of_chain(chain))
     }
 }
@@ -361,7 +364,7 @@ mod tests {
             PrefilteredEnvironment::from_bytes(&bytes)
         };
         assert_eq!(changed(0, 0).unwrap_err(), EnvironmentFileError::Magic);
-        assert_eq!(changed(8, 2).unwrap_err(), EnvironmentFileError::Version(2));
+        assert_eq!(changed(8, 3).unwrap_err(), EnvironmentFileError::Version(3));
         assert_eq!(changed(12, 4).unwrap_err(), EnvironmentFileError::Size(4));
         assert_eq!(changed(15, 255).unwrap_err(), EnvironmentFileError::Size(0xff00_0003));
         assert_eq!(changed(HEADER, 0xff).unwrap_err(), EnvironmentFileError::Damaged);

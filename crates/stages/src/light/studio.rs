@@ -9,6 +9,8 @@
 //! `examples/make-assets` filters the painting into `assets/environment/studio.env`; that or `studio.packed`, the same in
 //! fewer bytes, is part of the program.
 
+use super::chain::Levels;
+use super::directions::OF_STUDIO;
 use super::{DistantRadiance, PrefilteredEnvironment};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::math::lanes::{Float, Lanes, Mask, SimdLevel};
@@ -28,18 +30,41 @@ fn bytes() -> Option<Cow<'static, [u8]>> {
     super::packed::unpack(overcoat_assets::environment::STUDIO_PACKED).map(Cow::Owned)
 }
 
+/// The sharpest level of the studio that is read for rough surfaces alone. Those before it have five sixths of the texels.
+const ROUGH: usize = 3;
+
 impl PrefilteredEnvironment {
     /// The built-in studio, unpacked once per process (about 2 ms, and without the feature `fast-loading` the time to inflate it).
     #[must_use]
     pub fn studio() -> Arc<Self> {
         static STUDIO: OnceLock<Arc<PrefilteredEnvironment>> = OnceLock::new();
-        // The file is made by this crate and compared by a test; darkness stands in for what cannot happen.
-        let read = || {
-            let mut studio = bytes().and_then(|bytes| Self::from_bytes(&bytes).ok())?;
-            studio.made_directions = overcoat_assets::environment::STUDIO_DIRECTIONS;
-            Some(studio)
-        };
-        Arc::clone(STUDIO.get_or_init(|| Arc::new(read().unwrap_or_else(Self::black))))
+        Arc::clone(STUDIO.get_or_init(|| Self::read_studio(0)))
+    }
+
+    /// The same with these levels at least, and those that were lacking before: where they are all rough, in a fifth of the time.
+    #[must_use]
+    pub fn studio_of(levels: Levels) -> Arc<Self> {
+        static STUDIO: OnceLock<Arc<PrefilteredEnvironment>> = OnceLock::new();
+        if levels.without(Levels::from_level(ROUGH)) != Levels::NONE {
+            return Self::studio();
+        }
+        let rough = STUDIO.get_or_init(|| Self::read_studio(ROUGH));
+        if rough.lacking() == Levels::NONE { Arc::clone(rough) } else { Self::studio() }
+    }
+
+    /// Reads the studio from its sharpest level that is needed on. The file is made by this crate and compared by a test; darkness
+    /// stands in for what cannot happen.
+    fn read_studio(sharpest: usize) -> Arc<Self> {
+        let read = bytes().and_then(|bytes| Self::from_first_bytes(&bytes, sharpest).ok());
+        let mut studio = read.unwrap_or_else(Self::black);
+        studio.made_directions = overcoat_assets::environment::STUDIO_DIRECTIONS;
+        Arc::new(studio)
+    }
+
+    /// True if directions of the studio of this number are made beforehand, for which no level is read.
+    #[must_use]
+    pub fn has_studio_directions(count: usize) -> bool {
+        OF_STUDIO.contains(&count)
     }
 }
 
@@ -55,7 +80,7 @@ impl Studio {
     #[cfg(any(test, feature = "pack"))]
     #[must_use]
     pub fn directions(studio: &PrefilteredEnvironment) -> Vec<u8> {
-        super::directions::OF_STUDIO.iter().flat_map(|count| studio.divided(*count).to_bytes()).collect()
+        OF_STUDIO.iter().flat_map(|count| studio.divided(*count).to_bytes()).collect()
     }
 
     /// Filters the painting into what `assets/environment/studio.env` holds.
@@ -168,6 +193,27 @@ impl DistantRadiance for Studio {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use overcoat_core::math::lanes::Scalar;
+
+    /// What is read of it for rough surfaces is the same, and who looks up more gets all of it from then on.
+    #[test]
+    fn rough_surfaces_read_its_rough_levels() {
+        let (whole, rough) = (PrefilteredEnvironment::studio(), Levels::for_roughness(0.3, 1.0));
+        assert!(Arc::ptr_eq(&whole, &PrefilteredEnvironment::studio_of(Levels::ALL)));
+        let part = PrefilteredEnvironment::studio_of(rough);
+        assert!(!part.misses_any_of(rough) && part.misses_any_of(Levels::for_roughness(0.1, 0.1)));
+        for map in ROUGH..crate::light::chain::MAPS {
+            assert!(part.chain.map(map) == whole.chain.map(map), "{map}");
+        }
+        let direction = |l| Vec3::splat(l, [0.3, 0.2, -0.7]);
+        let lanes = Scalar;
+        for roughness in [0.3, 0.1] {
+            let [of_part, of_whole] = [&part, &whole]
+                .map(|of| of.chain.radiance(lanes, direction(lanes), lanes.splat(roughness)).lane(0));
+            assert_eq!(of_part == of_whole, roughness == 0.3);
+        }
+        assert!(Arc::ptr_eq(&whole, &PrefilteredEnvironment::studio_of(rough)));
+    }
 
     #[test]
     fn the_file_is_what_the_generator_writes() {
