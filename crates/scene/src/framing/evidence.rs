@@ -11,9 +11,6 @@ pub(super) type Features = [f64; FEATURES];
 /// Features of the floor of the file, the plane through zero.
 const OF_FLOOR: std::ops::Range<usize> = 43..49;
 
-/// Length of the mean normal below which a body is closed.
-const CLOSED: f64 = 0.05;
-
 /// Cosines of the angle with an axis from which on a triangle lies flat across it, leans towards it, and hangs over.
 const IS_FLAT: f64 = 0.95;
 const LEANS: f64 = 0.4;
@@ -71,10 +68,11 @@ pub(super) struct Evidence<'a> {
 impl<'a> Evidence<'a> {
     /// Measures of a body whose textures are upright in the direction `rise`.
     pub(super) fn new(body: &'a Body<'a>, rise: &Rise) -> Self {
-        let (area, sum, sign) = facing(body);
+        let (area, sign) = (body.doubled_area, if body.is_inside_out { -1.0 } else { 1.0 });
         let mut sides = [[Side::default(); 2]; 3];
         let (mut squares, mut edges, mut length_of_edges) = ([0.0; 3], [0.0; 3], 0.0);
-        let layers: Point = std::array::from_fn(|axis| body.thickness_of_contact(axis));
+        let layers: Point = std::array::from_fn(|axis| body.thickness_of_contact(axis) / body.side(axis));
+        let per_side: Point = std::array::from_fn(|axis| 1.0 / body.side(axis));
         for triangle in body.triangles {
             let normal = doubled_normal(triangle);
             let own = length(&normal);
@@ -92,20 +90,19 @@ impl<'a> Evidence<'a> {
             }
             let share = own / area;
             for axis in 0..3 {
-                let side = body.side(axis);
-                let [x, y, z] = [a, b, c].map(|p| (p[axis] - body.center[axis]) / side);
+                let [x, y, z] = [a, b, c].map(|p| (p[axis] - body.center[axis]) * per_side[axis]);
                 squares[axis] += share * (x * x + y * y + z * z + x * y + y * z + z * x) / 6.0;
-                let middle = (a[axis] + b[axis] + c[axis]) / 3.0;
                 let towards = sign * normal[axis];
                 let end = usize::from(towards > 0.0);
-                let cosine = towards.abs() / own;
-                let from_end = if end == 1 { body.max[axis] - middle } else { middle - body.min[axis] };
-                add(&mut sides[axis][end], share, cosine, from_end / side, from_end <= layers[axis]);
+                // Middle of the triangle, from the end that it faces.
+                let middle = (x + y + z) / 3.0 + (body.center[axis] - body.min[axis]) * per_side[axis];
+                let from_end = if end == 1 { 1.0 - middle } else { middle };
+                add(&mut sides[axis][end], share, towards.abs() / own, from_end, from_end <= layers[axis]);
             }
         }
         Self {
             body,
-            mean: sum.map(|v| sign * v / area),
+            mean: body.doubled_normals.map(|v| sign * v / area),
             variance: squares,
             edges: edges.map(|v| v / length_of_edges),
             sides,
@@ -254,21 +251,6 @@ fn add(side: &mut Side, share: f64, cosine: f64, from_end: f64, is_in_layer: boo
     if cosine > HANGS && !is_in_layer {
         side.hang += share;
     }
-}
-
-/// Doubled area, sum of the doubled normals, and -1 for a closed body that is inside out, else 1.
-fn facing(body: &Body<'_>) -> (f64, Point, f64) {
-    let (mut area, mut sum, mut volume) = (0.0, [0.0; 3], 0.0);
-    for triangle in body.triangles {
-        let normal = doubled_normal(triangle);
-        area += length(&normal);
-        for k in 0..3 {
-            sum[k] += normal[k];
-            volume += normal[k] * (triangle[0][k] - body.center[k]);
-        }
-    }
-    let is_inside_out = volume < 0.0 && length(&sum) < CLOSED * area;
-    (area, sum, if is_inside_out { -1.0 } else { 1.0 })
 }
 
 /// A number within bounds; what is none is the lower one.

@@ -13,6 +13,9 @@ pub(super) type Triangle = [Point; 3];
 /// Thickness of what counts as touching the floor, in sizes of the body, and at most in four of its heights.
 const CONTACT: f64 = 0.02;
 
+/// Length of the mean normal below which a surface is closed.
+const CLOSED: f64 = 0.05;
+
 /// A body of triangles.
 #[derive(Debug)]
 pub(super) struct Body<'a> {
@@ -23,6 +26,10 @@ pub(super) struct Body<'a> {
     pub(super) center: Point,
     /// Doubled area of the surface.
     pub(super) doubled_area: f64,
+    /// Sum of the doubled normals.
+    pub(super) doubled_normals: Point,
+    /// True for a closed surface whose normals point inwards.
+    pub(super) is_inside_out: bool,
     /// Largest side of its box.
     pub(super) size: f64,
 }
@@ -41,17 +48,23 @@ pub(super) struct Contact {
 impl<'a> Body<'a> {
     /// A body in a box. `None` if a number is not finite, or the box or the surface is flat.
     pub(super) fn new(triangles: &'a [Triangle], [min, max]: [Point; 2]) -> Option<Self> {
-        let (mut center, mut area) = ([0.0; 3], 0.0);
+        let (mut center, mut area, mut normals, mut volume) = ([0.0; 3], 0.0, [0.0; 3], 0.0);
         for triangle in triangles {
-            let own = length(&doubled_normal(triangle));
+            let normal = doubled_normal(triangle);
+            let own = length(&normal);
             area += own;
             for k in 0..3 {
                 center[k] += own * (triangle[0][k] + triangle[1][k] + triangle[2][k]);
+                normals[k] += normal[k];
+                volume += normal[k] * (triangle[0][k] - min[k]);
             }
         }
         let center = center.map(|v| v / (3.0 * area));
         let sides: [f64; 3] = std::array::from_fn(|k| max[k] - min[k]);
         let is_solid = area > 0.0 && sides.iter().all(|side| *side > 0.0 && side.is_finite());
+        // Of the cones between the surface and the centre.
+        let volume = (0..3).fold(volume, |volume, k| volume - normals[k] * (center[k] - min[k]));
+        let is_inside_out = volume < 0.0 && length(&normals) < CLOSED * area;
         let size = sides.iter().fold(0.0, |size, side| if *side > size { *side } else { size });
         (is_solid && center.iter().all(|v| v.is_finite())).then_some(Self {
             triangles,
@@ -59,6 +72,8 @@ impl<'a> Body<'a> {
             max,
             center,
             doubled_area: area,
+            doubled_normals: normals,
+            is_inside_out,
             size,
         })
     }
@@ -77,7 +92,7 @@ impl<'a> Body<'a> {
     /// Area of its convex outline along an axis.
     pub(super) fn footprint(&self, axis: usize) -> f64 {
         let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
-        ConvexHull::around(self.triangles.iter().flatten().map(|p| [p[a], p[b]]).collect()).area()
+        ConvexHull::around_many(self.triangles.iter().flatten().map(|p| [p[a], p[b]])).area()
     }
 
     /// Contact with a floor across the axis, at the lower end or at the upper one, within an outline of the area `footprint`.
