@@ -6,6 +6,9 @@ pub(super) type Point = [f64; 2];
 /// Number of points from which on those are left out that lie inside the farthest ones, before all are sorted.
 const FEW: usize = 32;
 
+/// Stride of the points whose hull is found first; no multiple of the corners of a triangle.
+const STRIDE: usize = 31;
+
 /// Convex polygon around points, counter-clockwise and without corners on its edges.
 #[derive(Debug, Default)]
 pub(super) struct ConvexHull(Vec<Point>);
@@ -26,6 +29,13 @@ impl ConvexHull {
         half(&mut corners, points.iter());
         half(&mut corners, points.iter().rev());
         Self(corners)
+    }
+
+    /// The hull of many finite points, of which those inside the farthest of a few are not collected.
+    pub(super) fn around_many(points: impl Iterator<Item = Point> + Clone) -> Self {
+        let few: Vec<_> = points.clone().step_by(STRIDE).collect();
+        let inner = Self::around(extremes(&few));
+        Self::around(points.filter(|p| !inner.holds(*p)).collect())
     }
 
     /// Edges, each from one corner to the next.
@@ -132,6 +142,7 @@ mod tests {
         for p in &disc {
             assert!(hull.depth(*p) >= -1e-12, "{p:?}");
         }
+        assert_eq!(ConvexHull::around_many(disc.iter().copied()).0, hull.0);
         let mut sorted = disc;
         sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let mut corners = Vec::new();

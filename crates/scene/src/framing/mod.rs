@@ -13,6 +13,7 @@ pub(crate) mod orientation;
 mod origin;
 mod rest;
 pub(crate) mod seen;
+mod trees;
 mod upright;
 
 pub use crowd::Crowd;
