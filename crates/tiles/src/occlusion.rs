@@ -14,8 +14,8 @@ use overcoat_stages::shade::{
 };
 use overcoat_stages::shadow::{Blockers, DepthMaps, TintMaps, Tinted};
 
-/// Share of what is seen of a scene from some side, from which on it counts as enclosed. Of 242 public models, three pass it: the
-/// Cornell box, an open tin and a bucket; the next have .22, a vase and a tent.
+/// Share of what is seen of a scene from some side, from which on it counts as enclosed. The Cornell box has .50, an open tin .33, a
+/// bucket .32; of 242 public models the next have .22, a vase and a tent.
 const ENCLOSED: f32 = 0.25;
 
 /// Triangles of a scene for which rays are sent indoors, at most: beyond, building their hierarchy would take most of the time.
