@@ -23,6 +23,10 @@ const RUNS_ALONG: f64 = 0.995;
 const CLOSING: f64 = 0.03;
 const SHELF: f64 = 0.1;
 
+/// Distance from zero along an axis, in sizes of the body, from which on the plane through zero is no floor: such files have
+/// coordinates of a map.
+const FAR: f64 = 8.0;
+
 /// Surface that faces one end of an axis, in shares of all.
 #[derive(Clone, Copy, Debug, Default)]
 struct Side {
@@ -117,7 +121,13 @@ impl<'a> Evidence<'a> {
     /// Features of the pose with +Y up, and of the one with +Z up.
     pub(super) fn poses(&self) -> [Features; 2] {
         let directed = |axis, is_positive| Directed { axis, is_positive };
-        [self.pose(directed(1, true), directed(2, true)), self.pose(directed(2, true), directed(1, false))]
+        let poses = [
+            self.pose(directed(1, true), directed(2, true)),
+            self.pose(directed(2, true), directed(1, false)),
+        ];
+        let Body { min, max, size, .. } = self.body;
+        let is_far = min.iter().zip(max).any(|(min, max)| *min > FAR * size || -max > FAR * size);
+        if is_far { poses.map(|pose| without_floor(&pose)) } else { poses }
     }
 
     /// Features of the pose with one direction up, and another one in front.

@@ -190,13 +190,11 @@ mod tests {
         (all, cut)
     }
 
-    /// Corners and bits of the colours, likewise.
-    fn faces(
-        items: &Items<'_>,
-        at: usize,
-        bytes: &[u8],
-        one_by_one: bool,
-    ) -> (Vec<(Vec<i64>, [u32; 3])>, Option<String>) {
+    /// Corners, and bits of a colour.
+    type Face = (Vec<i64>, [u32; 3]);
+
+    /// Faces, likewise.
+    fn faces(items: &Items<'_>, at: usize, bytes: &[u8], one_by_one: bool) -> (Vec<Face>, Option<String>) {
         let mut source = Cursor::new(bytes);
         let mut stream = Stream::new(&mut source, 0, items.encoding).unwrap();
         let mut all = Vec::new();

@@ -55,7 +55,7 @@ impl<L: Lanes> Darkening<L> {
     }
 }
 
-/// What is seen through a coat over what would be without, of which black counts as [`LEAST_ALBEDO`].
+/// Light seen through a coat, as a ratio to that seen without, of which black counts as [`LEAST_ALBEDO`].
 #[inline(always)]
 fn over<F: Float>(inside: Vec3<F>, outside: Vec3<F>) -> Vec3<F> {
     inside / vec3!(o in outside => o.at_least(LEAST_ALBEDO))
