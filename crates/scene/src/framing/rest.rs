@@ -62,7 +62,7 @@ impl<'a> Body<'a> {
         let center = center.map(|v| v / (3.0 * area));
         let sides: [f64; 3] = std::array::from_fn(|k| max[k] - min[k]);
         let is_solid = area > 0.0 && sides.iter().all(|side| *side > 0.0 && side.is_finite());
-        // Of the cones between the surface and the centre.
+        // Cones between the surface and the centre.
         let volume = (0..3).fold(volume, |volume, k| volume - normals[k] * (center[k] - min[k]));
         let is_inside_out = volume < 0.0 && length(&normals) < CLOSED * area;
         let size = sides.iter().fold(0.0, |size, side| if *side > size { *side } else { size });

@@ -16,8 +16,8 @@ impl Scene {
     /// odds of 10 to 1. What is alike in both poses stays. Where `usual` is another axis, or the scene has no triangles or
     /// is flat, it is `usual`.
     ///
-    /// Of models of sources to which they are not fitted, it finds about two of three that break the custom of their format, and
-    /// turns between one and two of a hundred that follow it, mostly parts of other models and what hangs on a wall.
+    /// About two of three models that break the custom of their format are found, of sources to which the trees are not fitted, and
+    /// one or two of a hundred that follow it are turned, mostly parts of other models and what hangs on a wall.
     ///
     /// Colours and the order of the triangles do not count, but of more than 32,768 triangles a part is tested.
     #[must_use]

@@ -106,7 +106,7 @@ impl LightDirections {
         out
     }
 
-    /// Those of so many that are written one after the other.
+    /// Directions of one number, of several that stand one after the other.
     fn find(mut bytes: &[u8], count: usize) -> Option<Self> {
         loop {
             let (&length, rest) = bytes.split_first_chunk()?;

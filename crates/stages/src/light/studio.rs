@@ -195,7 +195,7 @@ mod tests {
     use super::*;
     use overcoat_core::math::lanes::Scalar;
 
-    /// What is read of it for rough surfaces is the same, and who looks up more gets all of it from then on.
+    /// Levels for rough surfaces are those of the whole studio, which is read once others are looked up.
     #[test]
     fn rough_surfaces_read_its_rough_levels() {
         let (whole, rough) = (PrefilteredEnvironment::studio(), Levels::for_roughness(0.3, 1.0));
