@@ -193,7 +193,7 @@ fn of_material(material: &Material, options: &RenderOptions) -> Levels {
 mod tests {
     use super::*;
     use crate::Quality;
-    use overcoat_scene::{EquirectImage, Instance, Transform, primitives};
+    use overcoat_scene::{Environment, EquirectImage, Instance, Transform, primitives};
 
     #[test]
     fn of_a_rough_surface_few_levels_are_filtered() {
@@ -207,8 +207,14 @@ mod tests {
         let material = scene.add_material(Material::default()).unwrap();
         let mesh = scene.add_mesh(primitives::sphere(1.0, 16).unwrap()).unwrap();
         scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
-        let levels = foreseen(&scene, &options);
         let [least, most] = roughness_of_lookups(1.0);
+        // The directions of the studio's light are known.
+        assert_eq!(foreseen(&scene, &options), Levels::for_roughness(least, most));
+        options.background = Background::Environment;
+        assert_eq!(foreseen(&scene, &options), Levels::ALL);
+        options.background = Background::Transparent;
+        scene.set_environment(Environment::default().with(|e| e.source = source.clone())).unwrap();
+        let levels = foreseen(&scene, &options);
         assert_eq!(levels, LIGHT_DIRECTIONS.with(Levels::for_roughness(least, most)));
         let mut cache = EnvironmentCache::default();
         assert!(cache.would_filter(&source, levels));
