@@ -8,6 +8,9 @@ pub(super) const FEATURES: usize = 52;
 /// Features of a pose, in the order of [`Evidence::pose`], without a unit: lengths by sides of the box, areas by the surface.
 pub(super) type Features = [f64; FEATURES];
 
+/// Features of a floor below: share of the footprint that is contact, and depth of the centre of mass in that.
+pub(super) const CONTACT_BELOW: [usize; 2] = [31, 32];
+
 /// Features of the floor of the file, the plane through zero.
 const OF_FLOOR: std::ops::Range<usize> = 43..49;
 
@@ -24,8 +27,8 @@ const CLOSING: f64 = 0.03;
 const SHELF: f64 = 0.1;
 
 /// Distance from zero along an axis, in sizes of the body, from which on the plane through zero is no floor: such files have
-/// coordinates of a map.
-const FAR: f64 = 8.0;
+/// coordinates of a map, or of a part of something else.
+const FAR: f64 = 2.0;
 
 /// Surface that faces one end of an axis, in shares of all.
 #[derive(Clone, Copy, Debug, Default)]

@@ -6,7 +6,7 @@
 //! without texture coordinates, and at a fifth of the weight without the floor of the file; models of sources with more than
 //! 60 count less each.
 
-use super::evidence::{FEATURES, Features, without_floor};
+use super::evidence::{CONTACT_BELOW, FEATURES, Features, without_floor};
 
 /// A tree of depth 3: its questions as a heap, the children of `k` being `2 k + 1` and `2 k + 2`, and its leaves.
 struct Tree {
@@ -17,20 +17,39 @@ struct Tree {
     leaves: [i16; 8],
 }
 
-/// Logarithm of the odds that turns a model, in thousandths: 10 to 1. The custom of a format is right for most files, and a wrong
+/// Logarithm of the odds that turns a model, in thousandths: 9 to 1. The custom of a format is right for most files, and a wrong
 /// turn is worse than none.
-const ENOUGH: i32 = 2300;
+const ENOUGH: i32 = 2200;
+
+/// Logarithm of the odds that turns a model that would fall over as it is usual: 4 to 1.
+const ENOUGH_TO_STAND: i32 = 1400;
 
 /// Difference of features by which poses differ, in ten thousandths.
 const DIFFERS: u16 = 5;
 
-/// True if by strong evidence +Y is up, or +Z where `z_is_usual` is false, of the poses in which they are. Without the floor of
-/// the file the poses have to differ: a cube has no top, wherever it lies.
+/// True if by strong evidence +Y is up, or +Z where `z_is_usual` is false, of the poses in which they are. Less is strong where the
+/// usual pose is none in which the body could rest. Without the floor of the file the poses have to differ: a cube has no top,
+/// wherever it lies.
 pub(super) fn is_turned(poses: &[Features; 2], z_is_usual: bool) -> bool {
     let [y, z] = poses.map(|pose| whole(&without_floor(&pose)));
     let differ = y.iter().zip(z).any(|(a, b)| a.abs_diff(b) > DIFFERS);
-    let odds = odds_of_y(poses);
-    differ && if z_is_usual { odds > ENOUGH } else { odds < -ENOUGH }
+    let (other, usual, odds) = match (poses, odds_of_y(poses)) {
+        ([y, z], odds) if z_is_usual => (y, z, odds),
+        ([y, z], odds) => (z, y, -odds),
+    };
+    differ && odds > if stands(other) && falls(usual) { ENOUGH_TO_STAND } else { ENOUGH }
+}
+
+/// True if a body stands firmly in a pose: on more than half of its footprint, with its centre of mass well inside of that.
+fn stands(pose: &Features) -> bool {
+    let [share, depth] = CONTACT_BELOW.map(|k| pose[k]);
+    share > 0.5 && depth > 0.1
+}
+
+/// True if a body falls over in a pose, its centre of mass not being above its contact.
+fn falls(pose: &Features) -> bool {
+    let [_, depth] = CONTACT_BELOW.map(|k| pose[k]);
+    depth < 0.0
 }
 
 /// Logarithm of the odds that +Y is up and not +Z, in thousandths.
