@@ -4,7 +4,7 @@
 Usage:  cargo build --profile profiling -p overcoat-cli && benches/out_of_line.py [target/profiling/overcoat]
 
 A closure or function that is compiled without the instruction set of `Lanes::run` cannot inline its arithmetic: each addition is a
-call, several times slower, with the same bits. Prints the number of such calls in each function of the program, the most first, and
+call, with the same bits. Prints the number of such calls in each function of the program, the most first, and
 the functions that call it. Needs objdump. The remedy is a function with `inline(always)`, `each!`, or `match` in place of `map`.
 """
 import collections

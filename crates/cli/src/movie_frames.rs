@@ -9,7 +9,7 @@ use overcoat_core::frame::{DisplayOptions, Meter};
 use overcoat_core::limits::Limits;
 use overcoat_description::ground_name;
 use overcoat_load::Warning;
-use overcoat_render::Renderer;
+use overcoat_render::{Renderer, Visibility};
 use overcoat_scene::{Bounds, Camera, Orientation, Scene};
 use overcoat_worker::camera_report::CameraReport;
 use overcoat_worker::losses::{clipped, left_out, limited, lost_tint, lowered_exposure, texture_losses};
@@ -63,6 +63,8 @@ pub(super) struct MovieFrames {
     orientation: Orientation,
     /// Camera of the first frame.
     camera: Option<CameraReport>,
+    /// Blocked light in force in the first frame.
+    visibility: Visibility,
 }
 
 impl MovieFrames {
@@ -103,6 +105,7 @@ impl MovieFrames {
             shading: "",
             orientation: Orientation::default(),
             camera: None,
+            visibility: Visibility::NONE,
         })
     }
 
@@ -204,6 +207,7 @@ impl MovieFrames {
                 self.task.picture.display.clone().with_exposure(exposure).with_meter(Meter::Never);
             self.orientation = scene.orientation();
             self.camera = Some(CameraReport::new(camera, scene, &self.task.picture.options));
+            self.visibility = stats.visibility;
         }
         self.movie.show_as(self.task.picture.display_of(scene));
         self.movie.push(&pixels)?;
@@ -239,7 +243,9 @@ impl MovieFrames {
     /// [`Failure`] if they cannot be encoded or written; no file is left then.
     pub(super) fn finish(self, mut warnings: Vec<Warning>) -> Result<(), Failure> {
         warnings.extend(self.smaller_pictures());
-        let Self { mut task, movie, frames, frames_a_second, shading, orientation, camera, .. } = self;
+        let Self {
+            mut task, movie, frames, frames_a_second, shading, orientation, camera, visibility, ..
+        } = self;
         warnings.extend(self.warnings);
         warnings.extend(self.tint);
         match self.coverage.transpose() {
@@ -264,7 +270,7 @@ impl MovieFrames {
             width: task.picture.options.width,
             height: task.picture.options.height,
             samples: task.picture.options.samples,
-            visibility: VisibilityReport::new(&task.picture.options.visibility),
+            visibility: VisibilityReport::new(&visibility),
             ground: ground_name(task.picture.options.ground),
             ground_reflection: task.picture.options.ground_reflection,
             shading_rate: task.picture.options.shading_rate,

@@ -125,7 +125,7 @@ impl<'a> Attempt<'a> {
         };
         let environment = environment_light(scene, &filtered);
         prepared.prepare_lights(self, &mut passes.effects, &environment)?;
-        if passes.effects.calls_for_rays(scene, options) && !self.request.only_planes {
+        if !self.request.only_planes && passes.effects.calls_for_rays(scene, options) {
             return Err(Stop::Indoors);
         }
         self.times.environment = self.pool.lap();

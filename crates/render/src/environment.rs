@@ -128,7 +128,14 @@ pub(super) fn foreseen(scene: &Scene, options: &RenderOptions) -> Levels {
     let are_made = matches!(source, EnvironmentSource::Studio)
         && PrefilteredEnvironment::has_studio_directions(maps as usize);
     let begin = if maps == 0 || are_made { Levels::NONE } else { LIGHT_DIRECTIONS };
-    scene.materials().iter().map(|material| of_material(material, options)).fold(begin, Levels::with)
+    let mut levels = begin;
+    for material in scene.materials() {
+        levels = levels.with(of_material(material, options));
+        if levels == Levels::ALL {
+            break;
+        }
+    }
+    levels
 }
 
 /// Levels that one material reads.

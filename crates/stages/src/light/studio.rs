@@ -41,7 +41,7 @@ impl PrefilteredEnvironment {
         Arc::clone(STUDIO.get_or_init(|| Self::read_studio(0)))
     }
 
-    /// The same with these levels at least, and those that were lacking before: where they are all rough, in a fifth of the time.
+    /// The same with these levels at least, and those that were lacking before: where they are all rough, a sixth of its texels.
     #[must_use]
     pub fn studio_of(levels: Levels) -> Arc<Self> {
         static STUDIO: OnceLock<Arc<PrefilteredEnvironment>> = OnceLock::new();
