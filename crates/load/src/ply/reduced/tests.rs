@@ -1,8 +1,9 @@
 //! Files beyond the limits, whole and damaged.
 
-use crate::{Context, LoadError, Loaded, NoResolver, load_bytes, load_file};
+use crate::{Context, LoadError, LoadOptions, Loaded, NoResolver, load_bytes, load_file_with};
 use overcoat_core::jobs::Jobs;
 use overcoat_core::limits::Limits;
+use overcoat_scene::Axis;
 use std::io::Write;
 
 /// Order of bytes, or text.
@@ -73,7 +74,9 @@ fn in_memory(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
 fn from_file(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
     let mut file = tempfile::Builder::new().suffix(".ply").tempfile().unwrap();
     file.write_all(bytes).unwrap();
-    load_file(file.path(), limits, &Jobs::new(1))
+    // A relief is upright along Z, and would be turned.
+    let options = LoadOptions::default().with_up(Axis::PositiveY);
+    load_file_with(file.path(), &options, limits, &Jobs::new(1))
 }
 
 /// Area seen from above, and the largest distance from the relief.
